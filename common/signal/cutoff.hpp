@@ -1,0 +1,21 @@
+// A cut-off frequency that knows its unit. Public low-pass filters give a bare number five meanings.
+#pragma once
+
+#include <numbers>
+
+namespace farhand {
+
+class Cutoff {
+ public:
+  static constexpr Cutoff rad_s(double value) { return Cutoff(value); }
+  static constexpr Cutoff hz(double value) { return Cutoff(2.0 * std::numbers::pi * value); }
+
+  constexpr double rad_s() const { return rad_s_; }
+  constexpr double hz() const { return rad_s_ / (2.0 * std::numbers::pi); }
+
+ private:
+  explicit constexpr Cutoff(double value) : rad_s_(value) {}
+  double rad_s_;
+};
+
+}  // namespace farhand

@@ -1,0 +1,40 @@
+// Band-limited derivative of an encoder position: v = LPF_g[(x - x_previous) / dt].
+//
+// Kept in the telescoped form v = (y - y_previous) / dt with y = LPF_g[x]: the same numbers with one state, and a start that needs
+// no "first sample" case.
+#pragma once
+
+#include "common/signal/cutoff.hpp"
+#include "common/signal/joints.hpp"
+
+namespace farhand {
+
+template <int N>
+class Derivative {
+ public:
+  Derivative(Cutoff g_v, double dt_s) : dt_s_(dt_s), a_(g_v.rad_s() * dt_s / (1.0 + g_v.rad_s() * dt_s)) {}
+
+  const Joints<N>& step(const Joints<N>& x) noexcept {
+    v_ = (a_ / dt_s_) * (x - y_);
+    y_ += a_ * (x - y_);
+    return v_;
+  }
+  // At rest at x.
+  void reset(const Joints<N>& x) noexcept {
+    y_ = x;
+    v_.setZero();
+  }
+  // Ticks were missed: take x as it is and keep the velocity, so that the gap is not differentiated into a spike. The next step at
+  // x + v dt then returns v again.
+  void bridge(const Joints<N>& x) noexcept { y_ = x - v_ * (dt_s_ / a_ - dt_s_); }
+
+  const Joints<N>& value() const noexcept { return v_; }
+
+ private:
+  double dt_s_;
+  double a_;
+  Joints<N> y_ = Joints<N>::Zero();
+  Joints<N> v_ = Joints<N>::Zero();
+};
+
+}  // namespace farhand
