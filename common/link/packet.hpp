@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "common/signal/limit_bits.hpp"
 #include "common/signal/motion.hpp"
 
 namespace farhand {
@@ -12,28 +13,18 @@ inline constexpr std::uint32_t kProtocolVersion = 1;
 // What a station is doing. The numbers are on the wire and in recordings: never reuse one.
 enum class StationState : std::uint8_t { kReady = 0, kAligning = 1, kEngaged = 2, kHolding = 3, kFault = 4 };
 
-// Limits that act right now, as bits (sent to the peer, recorded, shown to the therapist).
-enum LimitBit : std::uint32_t {
-  kLimitTorque = 1u << 0,      // torque clipped to the limit of the axis
-  kLimitRate = 1u << 1,        // change per tick clipped
-  kLimitRange = 1u << 2,       // outward torque or reference cut at the end of the range
-  kLimitVelocity = 1u << 3,    // reference velocity clipped
-  kLimitNotFinite = 1u << 4,   // a NaN or Inf was replaced by the safe value
-  kLimitDevice = 1u << 5,      // the device itself (MCU) reports an active limit
-};
-
 template <int N>
 struct Packet {
-  std::uint32_t session = 0;         // drawn at start by the sender; a new one means the sender restarted
-  std::uint32_t seq = 0;             // one per tick, never repeated within a session
-  Nanoseconds send_time_ns = 0;      // sender's monotonic clock
-  std::uint32_t echo_session = 0;    // newest session and seq received from the peer; 0, 0 before the first
+  std::uint32_t session = 0;       // drawn at start by the sender; a new one means the sender restarted
+  std::uint32_t seq = 0;           // one per tick, never repeated within a session
+  Nanoseconds send_time_ns = 0;    // sender's monotonic clock
+  std::uint32_t echo_session = 0;  // newest session and seq received from the peer; 0, 0 before the first
   std::uint32_t echo_seq = 0;
-  Nanoseconds echo_send_time_ns = 0; // send stamp of the packet that is echoed (in the echo receiver's own clock)
-  std::uint32_t echo_dwell_ns = 0;   // how long the echoed packet lay here: RTT = now - echo_send_time - dwell
-  std::uint32_t expiry_ms = 0;       // the content must not be acted upon once older than this
+  Nanoseconds echo_send_time_ns = 0;  // send stamp of the packet that is echoed (in the echo receiver's own clock)
+  std::uint32_t echo_dwell_ns = 0;    // how long the echoed packet lay here: RTT = now - echo_send_time - dwell
+  std::uint32_t expiry_ms = 0;        // the content must not be acted upon once older than this
   StationState state = StationState::kReady;
-  std::uint32_t limits = 0;          // LimitBit
+  std::uint32_t limits = 0;  // LimitBit
   Motion<N> motion;
 };
 

@@ -1,0 +1,33 @@
+// What the controller believes about one axis: nominal inertia and the torques that it knows without measuring them.
+#pragma once
+
+#include "common/signal/joints.hpp"
+
+namespace farhand {
+
+struct AxisModel {
+  double J_n = 4e-3;  // nominal inertia, kg m2. Slightly low is harmless, high is not: stable for J_n/J up to about 1.3
+  double K_tn = 0.15;          // nominal torque constant, N m/A
+  double viscous = 0.002;      // N m s/rad
+  double coulomb = 0.0;        // N m
+  double gravity = 0.0;        // weight times lever, N m
+  double gravity_angle = 0.0;  // rad, angle of the centre of mass from the upright at x = 0
+
+  // Gravity torque in the sign of a load: positive resists positive motion (J a = tau - load). An upright mass falls
+  // away from x = 0, so its load is negative for x > 0.
+  template <int N>
+  Joints<N> gravity_load(const Joints<N>& x) const noexcept {
+    return -gravity * (x + gravity_angle).sin();
+  }
+
+  // T_int + F_c + D w of (Daud 2011, B.10), in the sign of a load. Coulomb friction is smoothed over +-kStandstill: a
+  // bare sign of a quantised velocity would feed the encoder's last count back as torque.
+  template <int N>
+  Joints<N> known_load(const Joints<N>& x, const Joints<N>& v) const noexcept {
+    return gravity_load<N>(x) + viscous * v + coulomb * (v / kStandstill).tanh();
+  }
+
+  static constexpr double kStandstill = 0.02;  // rad/s
+};
+
+}  // namespace farhand

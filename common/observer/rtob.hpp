@@ -1,0 +1,31 @@
+// Reaction torque observer: how hard does the person or the environment push back?
+//
+//   f = LPF_g( tau - (T_int + F_c + D v) + J_n g v ) - J_n g v          (Daud 2011, B.10)
+//
+// A disturbance observer with the known torques of the axis taken out before the filter. What the model does not know
+// (tendon friction, a wrong inertia) stays in f and looks like the person.
+#pragma once
+
+#include "common/observer/axis_model.hpp"
+#include "common/observer/dob.hpp"
+
+namespace farhand {
+
+template <int N>
+class Rtob {
+ public:
+  Rtob(const AxisModel& model, Cutoff g, double dt_s) : model_(model), observer_(model.J_n, g, dt_s) {}
+
+  // x, v: position and velocity now. tau_applied: torque held since the last step. Returns f, N m.
+  const Joints<N>& step(const Joints<N>& tau_applied, const Joints<N>& x, const Joints<N>& v) noexcept {
+    return observer_.step(tau_applied - model_.known_load<N>(x, v), v);
+  }
+  void reset(const Joints<N>& f, const Joints<N>& v) noexcept { observer_.reset(f, v); }
+  const Joints<N>& value() const noexcept { return observer_.value(); }
+
+ private:
+  AxisModel model_;
+  Dob<N> observer_;
+};
+
+}  // namespace farhand

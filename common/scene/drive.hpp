@@ -1,0 +1,142 @@
+// The two kinds of axis a station can stand on. A drive turns readings into the local motion, and the motion to follow
+// into a command.
+#pragma once
+
+#include "common/control/four_channel.hpp"
+#include "common/control/limits.hpp"
+#include "common/observer/rtob.hpp"
+#include "common/signal/derivative.hpp"
+
+namespace farhand {
+
+struct DriveParams {
+  AxisModel model;
+  FourChannelGains K;
+  Cutoff g_dis = Cutoff::rad_s(200.0);
+  Cutoff g_reac = Cutoff::rad_s(200.0);
+  Cutoff g_v = Cutoff::rad_s(500.0);
+  GateParams gate;
+  double take_over_s = 0.5;  // the law's share of the torque rises from 0 to 1 in this time
+  double dt_s = 1e-3;
+};
+
+// A motor that takes a torque: observers and law run here (Daud 2011, B.1-B.10, 5.8-5.13).
+template <int N>
+class DirectDrive {
+ public:
+  static constexpr int kJoints = N;
+  struct Sensed {
+    Joints<N> x = Joints<N>::Zero();  // rad
+    bool valid = true;                // false: the device cannot be read
+    bool finite() const noexcept { return x.allFinite(); }
+  };
+  struct Command {
+    Joints<N> torque = Joints<N>::Zero();  // N m
+  };
+
+  explicit DirectDrive(const DriveParams& p)
+      : model_(p.model),
+        K_(p.K),
+        derivative_(p.g_v, p.dt_s),
+        dob_(p.model.J_n, p.g_dis, p.dt_s),
+        rtob_(p.model, p.g_reac, p.dt_s),
+        gate_(p.gate, p.dt_s),
+        rise_(p.dt_s / p.take_over_s),
+        fall_(p.dt_s / kLetGo) {}
+
+  // At rest at x with nothing but the known load acting.
+  void reset(const Sensed& sensed) noexcept {
+    derivative_.reset(sensed.x);
+    dob_.reset(Joints<N>::Zero(), Joints<N>::Zero());
+    rtob_.reset(-model_.gravity_load<N>(sensed.x), Joints<N>::Zero());
+  }
+
+  // ticks: periods since the last call; more than one means that some were missed.
+  Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
+    if (ticks > 1) derivative_.bridge(sensed.x);
+    Motion<N> local;
+    local.x = sensed.x;
+    local.v = derivative_.step(sensed.x);
+    dob_.step(gate_.applied(), local.v);
+    local.f = rtob_.step(gate_.applied(), local.x, local.v);
+    return local;
+  }
+
+  // Not driven, gravity is compensated and nothing else.
+  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {
+    authority_ = std::clamp(authority_ + (driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
+    const Joints<N> idle = model_.gravity_load<N>(local.x);
+    const Joints<N> wish = model_.J_n * four_channel(K_, local, target) + dob_.value();
+    return {gate_.pass(idle + authority_ * (wish - idle), local.x)};
+  }
+
+  // Nothing, at once: what a fault leaves.
+  Command safe() noexcept {
+    authority_ = 0.0;
+    return {gate_.cut()};
+  }
+
+  double effort() const noexcept { return gate_.applied()[0]; }
+  std::uint32_t active_limits() const noexcept { return gate_.active(); }
+
+ private:
+  AxisModel model_;
+  FourChannelGains K_;
+  Derivative<N> derivative_;
+  Dob<N> dob_;
+  Rtob<N> rtob_;
+  TorqueGate<N> gate_;
+  static constexpr double kLetGo = 0.2;  // s
+  double rise_, fall_;
+  double authority_ = 0.0;
+};
+
+// An axis behind its own controller (the orthosis MCU), which measures the reaction, closes position and force loops at
+// its own rate and takes the motion to follow as references. Closing those loops across the serial line costs 40 mrad
+// or stability.
+template <int N>
+class ReferenceDrive {
+ public:
+  static constexpr int kJoints = N;
+  struct Sensed {
+    Joints<N> x = Joints<N>::Zero();  // rad
+    Joints<N> f = Joints<N>::Zero();  // reaction, N m
+    bool valid = false;               // false: no fresh telemetry, or the device is in a fault
+    bool finite() const noexcept { return x.allFinite() && f.allFinite(); }
+  };
+  struct Command {
+    bool track = false;  // false: the device is to let go
+    Motion<N> reference;
+  };
+
+  explicit ReferenceDrive(const DriveParams& p) : derivative_(p.g_v, p.dt_s), gate_(p.gate, p.dt_s) {}
+
+  void reset(const Sensed& sensed) noexcept {
+    derivative_.reset(sensed.x);
+    gate_.reset(sensed.x);
+  }
+
+  Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
+    if (ticks > 1) derivative_.bridge(sensed.x);
+    return {sensed.x, derivative_.step(sensed.x), sensed.f};
+  }
+
+  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {
+    if (!driven) {
+      gate_.reset(local.x);
+      return {false, gate_.applied()};
+    }
+    return {true, gate_.pass(target, ticks)};
+  }
+
+  Command safe() noexcept { return {false, gate_.applied()}; }  // the device ramps down by itself
+
+  double effort() const noexcept { return gate_.applied().f[0]; }
+  std::uint32_t active_limits() const noexcept { return gate_.active(); }
+
+ private:
+  Derivative<N> derivative_;
+  ReferenceGate<N> gate_;
+};
+
+}  // namespace farhand

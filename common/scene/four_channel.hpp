@@ -1,0 +1,81 @@
+// The scenes of the four-channel family: which blocks, in which order. What a scene does not need is not in its struct.
+//
+// A scene turns the local motion and the motion received from the peer into the motion to follow; its drive does the
+// rest. The slave of every architecture here is the plain FourChannel; the compensations stand on the therapist's side
+// (Daud 2011, figures 5.9-5.11).
+#pragma once
+
+#include "common/control/cdob.hpp"
+#include "common/control/sdcv.hpp"
+#include "common/scene/drive.hpp"
+
+namespace farhand {
+
+struct SceneParams {
+  DriveParams drive;
+  Cutoff g_net = Cutoff::rad_s(1000.0);
+  LocalModel local_model = LocalModel::kThesis;
+  SdcvParams sdcv;
+};
+
+// What a scene added to the received position, for recordings.
+struct Compensation {
+  double x_cdob = 0.0;
+  double alpha = 1.0;
+};
+
+template <class D>
+struct FourChannel {
+  using Drive = D;
+  static constexpr int N = D::kJoints;
+  explicit FourChannel(const SceneParams& p) : drive(p.drive) {}
+
+  Drive drive;
+
+  void start(const Motion<N>& /*received*/) noexcept {}
+  Motion<N> target(const Motion<N>& /*local*/, const Motion<N>& received) noexcept { return received; }
+  Compensation compensation() const noexcept { return {}; }
+};
+
+template <class D>
+struct FourChannelCdob {
+  using Drive = D;
+  static constexpr int N = D::kJoints;
+  explicit FourChannelCdob(const SceneParams& p)
+      : drive(p.drive), cdob(p.drive.K, p.g_net, p.local_model, p.drive.dt_s) {}
+
+  Drive drive;
+  Cdob<N> cdob;
+
+  void start(const Motion<N>& received) noexcept { cdob.reset(received); }
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept {
+    cdob.step(local, received);
+    return {received.x + cdob.x_cdob(), received.v + cdob.v_cdob(), received.f};
+  }
+  Compensation compensation() const noexcept { return {cdob.x_cdob()[0], 1.0}; }
+};
+
+template <class D>
+struct FourChannelCdobSdcv {
+  using Drive = D;
+  static constexpr int N = D::kJoints;
+  explicit FourChannelCdobSdcv(const SceneParams& p)
+      : drive(p.drive), cdob(p.drive.K, p.g_net, p.local_model, p.drive.dt_s), sdcv(p.sdcv, p.drive.dt_s) {}
+
+  Drive drive;
+  Cdob<N> cdob;
+  Sdcv<N> sdcv;
+
+  void start(const Motion<N>& received) noexcept {
+    cdob.reset(received);
+    sdcv.reset(received.f);
+  }
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept {
+    cdob.step(local, received);
+    const Joints<N>& alpha = sdcv.step(received.f);
+    return {received.x + alpha * cdob.x_cdob(), received.v + alpha * cdob.v_cdob(), received.f};
+  }
+  Compensation compensation() const noexcept { return {cdob.x_cdob()[0], sdcv.value()[0]}; }
+};
+
+}  // namespace farhand

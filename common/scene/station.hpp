@@ -1,0 +1,168 @@
+// One side of the teleoperator, pure: a scene, the receiver of the peer's motion and the state machine. Time, readings
+// and packets are arguments; the command and the next packet are results. The same class runs in the programs and in
+// virtual time.
+//
+// Order within a tick: read -> observe -> play out the peer -> decide the state -> motion to follow -> law -> last gate
+// -> send.
+#pragma once
+
+#include "common/link/receiver.hpp"
+#include "common/scene/blend.hpp"
+#include "common/scene/engagement.hpp"
+#include "common/scene/four_channel.hpp"
+
+namespace farhand {
+
+struct StationParams {
+  Role role = Role::kLeader;
+  SceneParams scene;
+  ReceiverParams receive;
+  EngagementParams engagement;
+  double align_speed = 0.3;       // rad/s
+  double align_tolerance = 0.01;  // rad
+  double blend_s = 0.5;
+  std::uint32_t session = 1;
+  std::uint32_t expiry_ms = 2000;
+};
+
+// What happened within a tick, for recordings and the status line.
+template <int N>
+struct TickTrace {
+  StationState state = StationState::kReady;
+  Reason reason = Reason::kStart;
+  Motion<N> local, remote, target;
+  Compensation compensation;
+  double effort = 0.0;  // torque applied, or torque reference handed to the device, N m
+  Nanoseconds playout_depth = 0;
+  Nanoseconds rtt = 0;
+  std::uint32_t limits = 0;
+};
+
+template <class S>
+class Station {
+ public:
+  using Scene = S;
+  using Drive = typename S::Drive;
+  static constexpr int N = S::N;
+
+  struct Output {
+    typename Drive::Command command;
+    Packet<N> packet;
+  };
+
+  explicit Station(const StationParams& p)
+      : params_(p),
+        dt_s_(p.scene.drive.dt_s),
+        scene_(p.scene),
+        receiver_(p.receive),
+        engagement_(p.role, p.engagement),
+        blend_(p.blend_s, p.align_speed) {}
+
+  // A packet arrived at `now` (local monotonic clock).
+  Receipt receive(const Packet<N>& packet, Nanoseconds now) noexcept { return receiver_.accept(packet, now); }
+
+  // ticks: control periods since the last call, 1 unless some were missed.
+  Output tick(Nanoseconds now, const typename Drive::Sensed& sensed, OperatorAct act = OperatorAct::kNone,
+              int ticks = 1) noexcept {
+    const bool usable = sensed.valid && sensed.finite();
+    Motion<N>& local = trace_.local;
+    if (usable) {
+      if (!was_usable_) scene_.drive.reset(sensed);
+      local = scene_.drive.observe(sensed, ticks);
+    }
+    was_usable_ = usable;
+
+    const Played<N> played = receiver_.play(now);
+    trace_.remote = played.any ? played.motion : own_motion();
+    trace_.playout_depth = played.depth;
+    trace_.rtt = receiver_.rtt();
+
+    decide(now, sensed, act, played.any);
+    const Motion<N> source = choose();
+    if (changed_) blend_.begin(trace_.target, source);
+    trace_.target = blend_.step(source, changed_ ? 0.0 : dt_s_ * ticks);
+    trace_.compensation = scene_.compensation();
+
+    Output out;
+    out.command = usable && trace_.state != StationState::kFault
+                      ? scene_.drive.follow(local, trace_.target, driven(), ticks)
+                      : scene_.drive.safe();
+    trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
+    trace_.effort = scene_.drive.effort();
+    fill(out.packet, now);
+    return out;
+  }
+
+  const TickTrace<N>& trace() const noexcept { return trace_; }
+  const Receiver<N>& receiver() const noexcept { return receiver_; }
+  StationState state() const noexcept { return trace_.state; }
+
+ private:
+  // The follower refuses to be taken by a leader that is further away than this, whatever the leader says (5 degrees).
+  static constexpr double kFollowerGate = 0.0873;
+
+  bool driven() const noexcept { return trace_.state != StationState::kReady && trace_.state != StationState::kFault; }
+
+  // Following oneself asks for no acceleration.
+  Motion<N> own_motion() const noexcept { return {trace_.local.x, trace_.local.v, -trace_.local.f}; }
+
+  void decide(Nanoseconds now, const typename Drive::Sensed& sensed, OperatorAct act, bool peer_known) noexcept {
+    const double offset = (trace_.local.x - trace_.remote.x).abs().maxCoeff();
+    EngagementInputs in;
+    in.act = act;
+    in.device_valid = sensed.valid;
+    in.finite = !sensed.valid || sensed.finite();
+    in.peer_alive = peer_known && receiver_.alive(now);
+    in.peer = receiver_.peer_state();
+    in.aligned = peer_known && (params_.role == Role::kLeader ? blend_.done() && offset < params_.align_tolerance
+                                                              : offset < kFollowerGate);
+    const StationState before = trace_.state;
+    trace_.state = engagement_.step(now, in);
+    trace_.reason = engagement_.reason();
+    changed_ = trace_.state != before;
+    if (!changed_) return;
+    x_hold_ = trace_.local.x;
+    if (trace_.state == StationState::kEngaged) scene_.start(trace_.remote);
+  }
+
+  // The motion to follow, before blending.
+  Motion<N> choose() noexcept {
+    switch (trace_.state) {
+      case StationState::kEngaged:
+        return scene_.target(trace_.local, trace_.remote);
+      case StationState::kAligning:  // stiff: the position alone counts
+        return {trace_.remote.x, trace_.remote.v, -trace_.local.f};
+      case StationState::kHolding:  // a spring of K_p / K_f N m/rad around here, so that the patient can push away
+        return {x_hold_, Joints<N>::Zero(), Joints<N>::Zero()};
+      case StationState::kReady:
+      case StationState::kFault:
+        break;
+    }
+    return own_motion();
+  }
+
+  void fill(Packet<N>& packet, Nanoseconds now) noexcept {
+    packet.session = params_.session;
+    packet.seq = ++seq_;
+    packet.send_time_ns = now;
+    receiver_.echo(packet, now);
+    packet.expiry_ms = params_.expiry_ms;
+    packet.state = trace_.state;
+    packet.limits = trace_.limits;
+    packet.motion = trace_.local;
+  }
+
+  StationParams params_;
+  double dt_s_;
+  S scene_;
+  Receiver<N> receiver_;
+  Engagement engagement_;
+  Blend<N> blend_;
+  TickTrace<N> trace_;
+  Joints<N> x_hold_ = Joints<N>::Zero();
+  std::uint32_t seq_ = 0;
+  bool was_usable_ = false;
+  bool changed_ = false;
+};
+
+}  // namespace farhand
