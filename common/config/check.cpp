@@ -1,0 +1,152 @@
+#include "common/config/check.hpp"
+
+#include <google/protobuf/text_format.h>
+
+#include <algorithm>
+#include <boost/nowide/utf/utf.hpp>
+#include <cmath>
+
+#include "common/config/schema.hpp"
+
+namespace farhand {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::Reflection;
+using google::protobuf::TextFormat;
+
+class Checker {
+ public:
+  void complain(const std::string& path, const std::string& sentence) { complaints_.push_back({path, sentence}); }
+  std::vector<Complaint> take() { return std::move(complaints_); }
+
+  void complete(Message& message, const std::string& prefix) {
+    const Reflection& reflection = *message.GetReflection();
+    for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+      const FieldDescriptor& field = *message.GetDescriptor()->field(i);
+      const std::string path = prefix + field.name();
+      if (field.is_repeated()) {
+        for (int k = 0; k < reflection.FieldSize(message, &field); ++k)
+          complete(*reflection.MutableRepeatedMessage(&message, &field, k), path + "[" + std::to_string(k) + "].");
+      } else if (!reflection.HasField(message, &field) && may_stay_absent(field)) {
+        continue;
+      } else if (field.message_type() != nullptr) {
+        complete(*reflection.MutableMessage(&message, &field), path + ".");
+      } else if (reflection.HasField(message, &field)) {
+        check_value(message, field, path);
+      } else if (field_info(field).has_default_text()) {
+        TextFormat::ParseFieldValueFromString(field_info(field).default_text(), &field, &message);
+      } else {
+        complain(path, path + " is missing and has no default; give " + allowed_text(field) + " (" +
+                           field_info(field).meaning() + ")");
+      }
+    }
+  }
+
+ private:
+  void check_value(const Message& message, const FieldDescriptor& field, const std::string& path) {
+    const Reflection& reflection = *message.GetReflection();
+    switch (field.cpp_type()) {
+      case FieldDescriptor::CPPTYPE_DOUBLE:
+        return check_number(reflection.GetDouble(message, &field), field, path);
+      case FieldDescriptor::CPPTYPE_UINT64:
+        return check_number(static_cast<double>(reflection.GetUInt64(message, &field)), field, path);
+      case FieldDescriptor::CPPTYPE_ENUM: {
+        // proto3 enums are open: a number that no choice has is kept by the parser.
+        const int number = reflection.GetEnumValue(message, &field);
+        if (number == 0 || field.enum_type()->FindValueByNumber(number) == nullptr)
+          complain(path, path + " must be " + allowed_text(field));
+        return;
+      }
+      case FieldDescriptor::CPPTYPE_STRING:
+        return check_line(reflection.GetString(message, &field), path);
+      default:
+        return;
+    }
+  }
+
+  void check_number(double value, const FieldDescriptor& field, const std::string& path) {
+    const scene::FieldInfo& info = field_info(field);
+    const bool inside = value >= info.min() && value <= info.max() && !(info.above_min() && value == info.min());
+    const bool whole = !info.integer() || value == std::floor(value);
+    if (std::isfinite(value) && inside && whole) return;
+    complain(path, path + " = " + shortest(value) + " is not allowed; give a value " + allowed_text(field) + " (" +
+                       info.meaning() + ")");
+  }
+
+  // Text goes into reports, tables and recordings: valid UTF-8, one line, no control characters. Escapes could bring in
+  // anything.
+  void check_line(const std::string& text, const std::string& path) {
+    using Utf8 = boost::nowide::utf::utf_traits<char>;
+    for (auto next = text.begin(); next != text.end();) {
+      const auto point = Utf8::decode(next, text.end());
+      if (!boost::nowide::utf::is_valid_codepoint(point)) return complain(path, path + " is not valid UTF-8 text");
+      if (point < 0x20 || point == 0x7f) return complain(path, path + " must be one line without control characters");
+    }
+  }
+
+  std::vector<Complaint> complaints_;
+};
+
+// first < second, both known (what is missing has been complained about).
+template <class M>
+void check_order(Checker& checker, const M& message, const std::string& prefix, const char* first, const char* second,
+                 bool equal_allowed = false) {
+  const auto* low = M::descriptor()->FindFieldByName(first);
+  const auto* high = M::descriptor()->FindFieldByName(second);
+  const Reflection& reflection = *message.GetReflection();
+  if (!reflection.HasField(message, low) || !reflection.HasField(message, high)) return;
+  const double a = reflection.GetDouble(message, low), b = reflection.GetDouble(message, high);
+  if (a < b || (equal_allowed && a == b)) return;
+  checker.complain(prefix + first, prefix + first + " = " + shortest(a) + " must be " +
+                                       (equal_allowed ? "at most " : "below ") + second + " = " + shortest(b));
+}
+
+void check_window(Checker& checker, const scene::Window& window, const std::string& prefix, double duration_s) {
+  check_order(checker, window, prefix, "from_s", "until_s");
+  if (window.until_s() > duration_s)
+    checker.complain(prefix + "until_s", prefix + "until_s = " + shortest(window.until_s()) +
+                                             " lies after the end of the run, duration_s = " + shortest(duration_s));
+}
+
+void check_together(Checker& checker, const scene::Scene& scene) {
+  check_order(checker, scene.control(), "control.", "f_1_nm", "f_2_nm");
+  check_order(checker, scene.master().axis(), "master.axis.", "range_min_rad", "range_max_rad");
+  check_order(checker, scene.slave().axis(), "slave.axis.", "range_min_rad", "range_max_rad");
+  check_order(checker, scene.master().motor(), "master.motor.", "stop_min_rad", "stop_max_rad");
+  check_order(checker, scene.slave().motor(), "slave.motor.", "stop_min_rad", "stop_max_rad");
+  check_order(checker, scene.slave().series_elastic(), "slave.series_elastic.", "stop_min_rad", "stop_max_rad");
+  if (scene.slave().has_hand()) check_order(checker, scene.slave().hand(), "slave.hand.", "from_s", "until_s");
+  check_order(checker, scene.network().forward(), "network.forward.", "cut_from_s", "cut_until_s", true);
+  check_order(checker, scene.network().backward(), "network.backward.", "cut_from_s", "cut_until_s", true);
+  if (scene.windows().has_free()) check_window(checker, scene.windows().free(), "windows.free.", scene.duration_s());
+  if (scene.windows().has_contact())
+    check_window(checker, scene.windows().contact(), "windows.contact.", scene.duration_s());
+
+  for (int i = 0; i < scene.master().therapist().intended_size(); ++i) {
+    const scene::Movement& movement = scene.master().therapist().intended(i);
+    const std::string path = "master.therapist.intended[" + std::to_string(i) + "]";
+    if (movement.has_ramp_to_rad() && movement.has_sine_amplitude_rad())
+      checker.complain(
+          path,
+          path + " gives both ramp_to_rad and sine_amplitude_rad; one movement is a ramp, a sine or (neither) a hold");
+  }
+  for (int i = 1; i < scene.operator_acts_size(); ++i) {
+    const double before = scene.operator_acts(i - 1).at_s(), at = scene.operator_acts(i).at_s();
+    const std::string path = "operator_acts[" + std::to_string(i) + "].at_s";
+    if (at < before)
+      checker.complain(path, path + " = " + shortest(at) + " lies before the act above it, at_s = " + shortest(before));
+  }
+}
+
+}  // namespace
+
+std::vector<Complaint> complete_and_check(scene::Scene& scene) {
+  Checker checker;
+  checker.complete(scene, "");
+  check_together(checker, scene);
+  return checker.take();
+}
+
+}  // namespace farhand

@@ -1,0 +1,21 @@
+// Fills in the defaults of a scene and finds everything in it that cannot run. Knows no file: a complaint names the
+// field by path.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "proto/scene.pb.h"
+
+namespace farhand {
+
+struct Complaint {
+  std::string path;      // slave.hand.stiffness_nm_per_rad, operator_acts[1].at_s; empty: the scene as a whole
+  std::string sentence;  // begins with the name of the field
+};
+
+// Afterwards every field holds a value, except those that may stay absent. Fields without a default that were not
+// given, values out of range and values that contradict each other are returned.
+std::vector<Complaint> complete_and_check(scene::Scene& scene);
+
+}  // namespace farhand
