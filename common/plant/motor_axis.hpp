@@ -1,0 +1,53 @@
+// A torque-controlled motor with what is rigidly tied to it: the device of the therapist (Daud 2011, 5.2.1: 3 N m
+// brushless motor, prosthetic hand on its axis, encoder of 20000 per revolution, about 40 degrees of motion), and the
+// ideal device of the patient.
+//
+//   J a = tau - resistance(x, v) - f,   resistance = viscous v - gravity sin(x + gravity_angle) + stops
+//
+// The angle of the centre of mass counts from the upright, so weight pulls the axis away from there: it acts as +
+// gravity sin(...), and whoever compensates it commands - gravity sin(...). The current amplifier (5 kHz) is fast
+// enough to be left out.
+#pragma once
+
+#include <cmath>
+
+#include "common/plant/encoder.hpp"
+#include "common/plant/stops.hpp"
+
+namespace farhand {
+
+class MotorAxis {
+ public:
+  struct Params {
+    double J = 0.004;
+    double viscous = 0.002;
+    double gravity = 0;  // weight times lever, N m
+    double gravity_angle = 0;
+    double encoder_counts_per_rev = 20000;  // 0: ideal
+    double stop_min = -0.349;
+    double stop_max = 0.349;
+  };
+
+  explicit MotorAxis(const Params& params) : p_(params), stops_(params.stop_min, params.stop_max, params.J) {}
+
+  double resistance(double x, double v) const noexcept {
+    const double weight = p_.gravity > 0 ? p_.gravity * std::sin(x + p_.gravity_angle) : 0.0;
+    return p_.viscous * v - weight + stops_.reaction(x, v);
+  }
+  double stored_energy(double x, double v) const noexcept {
+    return 0.5 * p_.J * v * v + p_.gravity * std::cos(x + p_.gravity_angle) + stops_.stored_energy(x);
+  }
+  double dissipated_power(double x, double v) const noexcept {
+    return p_.viscous * v * v + stops_.dissipated_power(x, v);
+  }
+  double encoder(double x) const noexcept { return quantised(x, p_.encoder_counts_per_rev); }
+  double J() const noexcept { return p_.J; }
+  double stiffness() const noexcept { return kStopStiffness + p_.gravity; }
+  double damping() const noexcept { return p_.viscous + stops_.damping(); }
+
+ private:
+  Params p_;
+  Stops stops_;
+};
+
+}  // namespace farhand

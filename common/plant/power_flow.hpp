@@ -1,0 +1,11 @@
+// Where the energy of a world comes from and goes to, so that it can be balanced: d(stored)/dt = supplied - dissipated.
+#pragma once
+
+namespace farhand {
+
+struct PowerFlow {
+  double supplied = 0;    // W, by the drive and by the therapist's intention; either sign
+  double dissipated = 0;  // W, never negative
+};
+
+}  // namespace farhand
