@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,14 @@ struct StationCounters {
                 serial_crc_errors = 0, serial_sent = 0, serial_received = 0;
 };
 
+// What a wall clock measured; NaN where nobody did. The worse of the two sides.
+struct WallClock {
+  double real_time_factor = std::numeric_limits<double>::quiet_NaN();
+  double tick_p50_us = std::numeric_limits<double>::quiet_NaN();
+  double tick_p99_us = std::numeric_limits<double>::quiet_NaN();
+  double tick_max_us = std::numeric_limits<double>::quiet_NaN();
+};
+
 struct Session {
   std::string scene_name;
   std::string scene_text;    // the whole scene as text, defaults filled in
@@ -60,6 +69,7 @@ struct Session {
   std::vector<LinkSample> link;
   std::vector<SessionEvent> events;
   StationCounters master_counters, slave_counters;
+  WallClock wall;
 };
 
 }  // namespace farhand

@@ -1,0 +1,139 @@
+#include "common/record/alignment.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "common/link/packet.hpp"
+
+namespace farhand {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr int kEngaged = static_cast<int>(StationState::kEngaged);
+
+template <class Known>
+bool known_anywhere(const std::vector<StationSample>& samples, Known known) {
+  return std::any_of(samples.begin(), samples.end(), known);
+}
+
+// The least one-way delay among the packets that had arrived: the zero from which a receiver counts its play-out.
+// Running, because a receiver cannot know a faster packet before it came.
+class FastestPacket {
+ public:
+  FastestPacket(const std::vector<LinkSample>& link, bool forward) {
+    for (const LinkSample& packet : link) {
+      const double arrival = packet.t_s + packet.achieved_delay_s;
+      if (packet.forward == forward && !packet.lost && std::isfinite(arrival)) {
+        arrivals_.emplace_back(arrival, packet.achieved_delay_s);
+      }
+    }
+    std::sort(arrivals_.begin(), arrivals_.end());
+    for (std::size_t k = 1; k < arrivals_.size(); ++k) {
+      arrivals_[k].second = std::min(arrivals_[k].second, arrivals_[k - 1].second);
+    }
+  }
+  bool empty() const { return arrivals_.empty(); }
+  double until(double t) const {
+    const auto after =
+        std::upper_bound(arrivals_.begin(), arrivals_.end(), std::pair(t, std::numeric_limits<double>::infinity()));
+    return after == arrivals_.begin() ? kNaN : std::prev(after)->second;
+  }
+
+ private:
+  std::vector<std::pair<double, double>> arrivals_;  // arrival time, least delay so far
+};
+
+// Without one-way delays only their sum is known. Half of the fastest round trip is the usual guess; the caller says
+// so.
+double half_fastest_round_trip(const Session& session) {
+  double fastest = kNaN;
+  for (const auto* side : {&session.master, &session.slave}) {
+    for (const StationSample& sample : *side) {
+      if (sample.rtt_s > 0) fastest = std::fmin(fastest, sample.rtt_s);
+    }
+  }
+  return fastest / 2;
+}
+
+SideCurves curves_of(const std::vector<StationSample>& samples, double sign_F, bool true_angle, bool true_torque,
+                     const FastestPacket& incoming, double fallback_base_s) {
+  SideCurves side;
+  for (const StationSample& s : samples) {
+    if (!std::isfinite(s.t_s) || (!side.t_s.empty() && s.t_s <= side.t_s.back())) continue;
+    if (!side.t_s.empty()) side.dt_s.push_back(std::min(s.t_s - side.t_s.back(), kGap_s));
+    side.t_s.push_back(s.t_s);
+    side.x_rad.push_back(true_angle ? s.true_x_rad : s.x_rad);
+    side.v_rad_s.push_back(true_angle ? s.true_v_rad_s : s.v_rad_s);
+    side.F_nm.push_back(sign_F * (true_torque ? s.true_f_nm : s.f_nm));
+    side.f_nm.push_back(s.f_nm);
+    side.playout_delay_s.push_back((incoming.empty() ? fallback_base_s : incoming.until(s.t_s)) + s.playout_delay_s);
+    side.state.push_back(s.state);
+  }
+  if (!side.t_s.empty()) side.dt_s.push_back(0);
+  return side;
+}
+
+// Index of the last tick at or before t, if that tick is not a hole ago.
+bool engaged_at(const SideCurves& side, double t) {
+  const auto after = std::upper_bound(side.t_s.begin(), side.t_s.end(), t);
+  if (after == side.t_s.begin() || t - *std::prev(after) > kGap_s) return false;
+  return side.state[static_cast<std::size_t>(after - side.t_s.begin()) - 1] == kEngaged;
+}
+
+// By F dx and not F v dt: the angle is exact where the velocity is filtered.
+std::vector<double> absorbed_energy(const SideCurves& side, double sign) {
+  std::vector<double> energy(side.t_s.size(), 0.0);
+  for (std::size_t k = 1; k < energy.size(); ++k) {
+    const double step = sign * 0.5 * (side.F_nm[k] + side.F_nm[k - 1]) * (side.x_rad[k] - side.x_rad[k - 1]);
+    energy[k] = energy[k - 1] + (std::isfinite(step) ? step : 0.0);
+  }
+  return energy;
+}
+
+}  // namespace
+
+double interpolate(const std::vector<double>& t_s, const std::vector<double>& y, double t) {
+  const auto after = std::lower_bound(t_s.begin(), t_s.end(), t);
+  if (after == t_s.end()) return kNaN;
+  const auto k = static_cast<std::size_t>(after - t_s.begin());
+  if (*after == t) return y[k];
+  if (k == 0 || t_s[k] - t_s[k - 1] > kGap_s) return kNaN;
+  return y[k - 1] + (y[k] - y[k - 1]) * (t - t_s[k - 1]) / (t_s[k] - t_s[k - 1]);
+}
+
+AlignedSession align(const Session& session) {
+  AlignedSession out;
+  const auto angle_known = [](const StationSample& s) {
+    return std::isfinite(s.true_x_rad) && std::isfinite(s.true_v_rad_s);
+  };
+  const auto torque_known = [](const StationSample& s) { return std::isfinite(s.true_f_nm); };
+  out.true_angle = known_anywhere(session.master, angle_known) && known_anywhere(session.slave, angle_known);
+  out.true_torque = known_anywhere(session.master, torque_known) && known_anywhere(session.slave, torque_known);
+
+  const FastestPacket forward(session.link, true), backward(session.link, false);
+  out.link_known = !forward.empty() && !backward.empty();
+  const double guess = half_fastest_round_trip(session);
+  out.master = curves_of(session.master, -1, out.true_angle, out.true_torque, backward, guess);
+  out.slave = curves_of(session.slave, +1, out.true_angle, out.true_torque, forward, guess);
+  const SideCurves &m = out.master, &s = out.slave;
+
+  for (std::size_t k = 0; k < s.t_s.size(); ++k) {
+    const double sent = s.t_s[k] - s.playout_delay_s[k];
+    const bool engaged = s.state[k] == kEngaged && engaged_at(m, sent);
+    out.tracking_rad.push_back(engaged ? s.x_rad[k] - interpolate(m.t_s, m.x_rad, sent) : kNaN);
+  }
+  for (std::size_t k = 0; k < m.t_s.size(); ++k) {
+    const double now = m.t_s[k], sent = now - m.playout_delay_s[k];
+    const bool engaged = m.state[k] == kEngaged;
+    out.force_error_nm.push_back(engaged && engaged_at(s, now) ? m.F_nm[k] - interpolate(s.t_s, s.F_nm, now) : kNaN);
+    out.force_error_delayed_nm.push_back(engaged && engaged_at(s, sent) ? m.f_nm[k] + interpolate(s.t_s, s.f_nm, sent)
+                                                                        : kNaN);
+  }
+  out.energy_master_j = absorbed_energy(m, +1);
+  out.energy_slave_j = absorbed_energy(s, -1);
+  return out;
+}
+
+}  // namespace farhand

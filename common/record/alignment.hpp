@@ -1,0 +1,46 @@
+// Both sides of a session on one time axis: what each person felt, and how far the sides were apart. Metrics and report
+// share these curves, so that a number and its picture cannot disagree.
+#pragma once
+
+#include <vector>
+
+#include "common/record/session.hpp"
+
+namespace farhand {
+
+// Two ticks further apart than this are a hole in the recording: nothing is interpolated or drawn across it.
+inline constexpr double kGap_s = 0.05;
+
+// One side as its person met it. Truth where the world is simulated, otherwise what the station estimated.
+struct SideCurves {
+  std::vector<double> t_s;
+  std::vector<double> x_rad, v_rad_s;
+  // F, counted so that both sides agree when the teleoperation is ideal (F_m = F_s): on the master the torque of the
+  // therapist on the device (-f of the shared sign convention), on the slave the torque of the device on the hand (+f).
+  std::vector<double> F_nm;
+  std::vector<double> f_nm;             // as estimated, sign convention of Motion::f
+  std::vector<double> playout_delay_s;  // T_p, from the peer's tick to its use here; NaN if nothing tells
+  std::vector<int> state;               // StationState
+  std::vector<double> dt_s;             // until the next tick, at most kGap_s; 0 at the last
+};
+
+struct AlignedSession {
+  bool true_angle = false;   // x and v are those of the simulated world, on both sides
+  bool true_torque = false;  // F likewise
+  bool link_known = false;   // T_p rests on measured one-way delays, not on half the round trip
+  SideCurves master, slave;
+  // Each error is NaN where a side is not engaged or its value is unknown.
+  std::vector<double> tracking_rad;            // at the slave's ticks: x_s(t) - x_m(t - T_p)
+  std::vector<double> force_error_nm;          // at the master's ticks: F_m(t) - F_s(t)
+  std::vector<double> force_error_delayed_nm;  // at the master's ticks: f_m(t) + f_s(t - T_p), as felt
+  std::vector<double> energy_master_j;  // at the master's ticks: taken from the therapist so far, integral of F_m dx_m
+  std::vector<double> energy_slave_j;   // at the slave's ticks: taken from the hand so far, integral of -F_s dx_s
+};
+
+// Ticks whose time is not finite, or not after the one before, are left out.
+AlignedSession align(const Session& session);
+
+// Linear between ticks; NaN outside the recording, within a hole, and next to a NaN.
+double interpolate(const std::vector<double>& t_s, const std::vector<double>& y, double t);
+
+}  // namespace farhand

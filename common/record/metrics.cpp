@@ -1,0 +1,409 @@
+#include "common/record/metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "common/link/packet.hpp"
+#include "common/record/alignment.hpp"
+#include "common/record/verdict.hpp"
+
+namespace farhand {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr int kEngaged = static_cast<int>(StationState::kEngaged);
+constexpr int kFault = static_cast<int>(StationState::kFault);
+
+constexpr double kTail_s = 2.0;           // steady values are taken over this much of the end of the contact window
+constexpr double kResidual_rad = 0.005;   // less than this at rest is stable without further questions
+constexpr double kLeastTorque_nm = 1e-3;  // below these a ratio is only noise over noise
+constexpr double kLeastAngle_rad = 1e-3;
+constexpr double kLeastMotion_rad_s = 1e-6;
+
+struct Span {
+  double from_s, until_s;
+  bool has(double t) const { return t >= from_s && t < until_s; }
+};
+
+Span everything() { return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()}; }
+Span tail_of(const Span& w) { return {std::max(w.from_s, w.until_s - kTail_s), w.until_s}; }
+Span before_tail_of(const Span& w) {
+  return {std::max(w.from_s, w.until_s - 2 * kTail_s), std::max(w.from_s, w.until_s - kTail_s)};
+}
+
+struct Statistics {
+  std::size_t count = 0;
+  double sum = 0, sum_squares = 0, least = kNaN, most = kNaN;
+  void add(double y) {
+    if (!std::isfinite(y)) return;
+    ++count;
+    sum += y;
+    sum_squares += y * y;
+    least = std::fmin(least, y);
+    most = std::fmax(most, y);
+  }
+  double mean() const { return sum / static_cast<double>(count); }
+  double rms() const { return std::sqrt(sum_squares / static_cast<double>(count)); }
+  double peak() const { return std::max(std::abs(least), std::abs(most)); }
+  double peak_to_peak() const { return most - least; }
+};
+
+Statistics over(const std::vector<double>& t_s, const std::vector<double>& y, const Span& span) {
+  Statistics out;
+  for (std::size_t k = 0; k < t_s.size(); ++k) {
+    if (span.has(t_s[k])) out.add(y[k]);
+  }
+  return out;
+}
+
+// Nearest rank: a value that occurred, not more than share of all being larger than it.
+double quantile(std::vector<double> y, double share) {
+  if (y.empty()) return kNaN;
+  const auto rank = static_cast<std::size_t>(std::max(0.0, std::ceil(share * static_cast<double>(y.size())) - 1));
+  std::nth_element(y.begin(), y.begin() + static_cast<std::ptrdiff_t>(rank), y.end());
+  return y[rank];
+}
+
+void set_rms_and_peak(Metrics& out, std::string_view rms, std::string_view peak, const Statistics& s,
+                      const std::string& because) {
+  if (s.count == 0) {
+    out.set_absent(rms, because);
+    if (!peak.empty()) out.set_absent(peak, because);
+    return;
+  }
+  out.set(rms, s.rms());
+  if (!peak.empty()) out.set(peak, s.peak());
+}
+
+void free_motion(const AlignedSession& a, const scene::Scene& scene, Metrics& out) {
+  set_rms_and_peak(out, "tracking_run_rms_rad", "tracking_run_peak_rad",
+                   over(a.slave.t_s, a.tracking_rad, everything()),
+                   "no tick with both sides engaged and a known delay");
+  if (!scene.windows().has_free()) {
+    for (const auto* key : {"tracking_rms_rad", "tracking_peak_rad", "drag_nms_per_rad"})
+      out.set_absent(key, "the scene has no free window");
+    return;
+  }
+  const Span window{scene.windows().free().from_s(), scene.windows().free().until_s()};
+  const std::string nobody = "no tick of the free window with both sides engaged and a known delay";
+  set_rms_and_peak(out, "tracking_rms_rad", "tracking_peak_rad", over(a.slave.t_s, a.tracking_rad, window), nobody);
+  double power = 0, speed2 = 0;
+  std::size_t count = 0;
+  const SideCurves& m = a.master;
+  for (std::size_t k = 0; k < m.t_s.size(); ++k) {
+    if (!window.has(m.t_s[k]) || m.state[k] != kEngaged) continue;
+    if (!std::isfinite(m.F_nm[k]) || !std::isfinite(m.v_rad_s[k])) continue;
+    power += m.F_nm[k] * m.v_rad_s[k];
+    speed2 += m.v_rad_s[k] * m.v_rad_s[k];
+    ++count;
+  }
+  if (count > 0 && speed2 > kLeastMotion_rad_s * kLeastMotion_rad_s * static_cast<double>(count)) {
+    out.set("drag_nms_per_rad", power / speed2);
+  } else {
+    out.set_absent("drag_nms_per_rad", count == 0 ? nobody : "the master did not move in the free window");
+  }
+}
+
+// Where the hand exerts no torque. A wall alone pushes from where it begins.
+double rest_angle(const scene::Slave& slave) {
+  if (slave.has_hand()) return slave.hand().rest_rad();
+  return slave.has_wall() ? slave.wall().at_rad() : kNaN;
+}
+
+void steady_ratios(const AlignedSession& a, const scene::Scene& scene, const Span& window, Metrics& out) {
+  const Span tail = tail_of(window);
+  const Statistics F_m = over(a.master.t_s, a.master.F_nm, tail), F_s = over(a.slave.t_s, a.slave.F_nm, tail);
+  const Statistics x_m = over(a.master.t_s, a.master.x_rad, tail), x_s = over(a.slave.t_s, a.slave.x_rad, tail);
+  if (F_m.count == 0 || F_s.count == 0) {
+    for (const auto* key : {"force_ratio", "k_seen_ratio"})
+      out.set_absent(key, "the run does not reach the end of the contact window");
+    return;
+  }
+  if (std::abs(F_s.mean()) < kLeastTorque_nm) {
+    for (const auto* key : {"force_ratio", "k_seen_ratio"})
+      out.set_absent(key, "no torque on the hand at the end of the contact window");
+    return;
+  }
+  out.set("force_ratio", F_m.mean() / F_s.mean());
+  const double rest = rest_angle(scene.slave()), depth_m = x_m.mean() - rest, depth_s = x_s.mean() - rest;
+  if (!std::isfinite(rest)) {
+    out.set_absent("k_seen_ratio", "nothing is in the orthosis, so there is no rest angle");
+  } else if (!(std::abs(depth_m) >= kLeastAngle_rad && std::abs(depth_s) >= kLeastAngle_rad)) {
+    out.set_absent("k_seen_ratio", "a side is at the rest angle at the end of the contact window");
+  } else {
+    out.set("k_seen_ratio", (F_m.mean() / depth_m) / (F_s.mean() / depth_s));
+  }
+}
+
+bool engaged_throughout(const SideCurves& side, const Span& window) {
+  for (std::size_t k = 0; k < side.t_s.size(); ++k) {
+    if (window.has(side.t_s[k]) && side.state[k] != kEngaged) return false;
+  }
+  return true;
+}
+
+bool any_fault(const SideCurves& side) {
+  return std::find(side.state.begin(), side.state.end(), kFault) != side.state.end();
+}
+
+bool covers(const SideCurves& side, const Span& window) {
+  return !side.t_s.empty() && side.t_s.front() <= window.from_s + kGap_s && side.t_s.back() >= window.until_s - kGap_s;
+}
+
+void stability(const AlignedSession& a, const Span& window, Metrics& out) {
+  // A fault ends a run early: that is an answer and not a missing one.
+  const bool fault = any_fault(a.master) || any_fault(a.slave);
+  const bool whole = covers(a.master, window) && covers(a.slave, window);
+  if (!whole) {
+    out.set_absent("residual_p2p_rad", "the run does not cover the contact window");
+    if (fault)
+      out.set("stable", false);
+    else
+      out.set_absent("stable", "the run does not cover the contact window");
+    return;
+  }
+  const auto residual = [&](const Span& span) {
+    return std::fmax(over(a.master.t_s, a.master.x_rad, span).peak_to_peak(),
+                     over(a.slave.t_s, a.slave.x_rad, span).peak_to_peak());
+  };
+  const double last = residual(tail_of(window)), before = residual(before_tail_of(window));
+  out.set("residual_p2p_rad", last);
+  out.set("stable", !fault && engaged_throughout(a.master, window) && engaged_throughout(a.slave, window) &&
+                        (last < kResidual_rad || last < 0.5 * before));
+}
+
+void contact(const AlignedSession& a, const scene::Scene& scene, Metrics& out) {
+  if (!scene.windows().has_contact()) {
+    for (const auto* key : {"force_error_rms_nm", "force_error_peak_nm", "force_error_delayed_rms_nm", "force_ratio",
+                            "k_seen_ratio", "residual_p2p_rad", "stable"}) {
+      out.set_absent(key, "the scene has no contact window");
+    }
+    return;
+  }
+  const Span window{scene.windows().contact().from_s(), scene.windows().contact().until_s()};
+  const std::string nobody = "no tick of the contact window with both sides engaged";
+  set_rms_and_peak(out, "force_error_rms_nm", "force_error_peak_nm", over(a.master.t_s, a.force_error_nm, window),
+                   nobody);
+  set_rms_and_peak(out, "force_error_delayed_rms_nm", "", over(a.master.t_s, a.force_error_delayed_nm, window),
+                   nobody + " and a known delay");
+  steady_ratios(a, scene, window, out);
+  stability(a, window, out);
+}
+
+void whole_run(const Session& session, const scene::Scene& scene, const AlignedSession& a, Metrics& out) {
+  double engaged_s = 0;
+  for (std::size_t k = 0, j = 0; k < a.master.t_s.size() && !a.slave.t_s.empty(); ++k) {
+    while (j + 1 < a.slave.t_s.size() && a.slave.t_s[j + 1] <= a.master.t_s[k]) ++j;
+    const bool peer_here = std::abs(a.master.t_s[k] - a.slave.t_s[j]) <= kGap_s;
+    if (peer_here && a.master.state[k] == kEngaged && a.slave.state[j] == kEngaged) engaged_s += a.master.dt_s[k];
+  }
+  out.set("engaged_s", engaged_s);
+  out.set("held_s", unwanted_hold_s(session, scene));
+
+  const auto largest = [&](std::string_view key, const Statistics& s) {
+    if (s.count == 0)
+      out.set_absent(key, "nothing was recorded");
+    else
+      out.set(key, s.peak());
+  };
+  Statistics command_m, command_s, v, depth_ms;
+  for (const StationSample& s : session.master) command_m.add(s.command_nm);
+  for (const StationSample& s : session.slave) command_s.add(s.command_nm);
+  for (const auto* side : {&a.master, &a.slave}) {
+    for (const double y : side->v_rad_s) v.add(y);
+  }
+  largest("torque_max_master_nm", command_m);
+  largest("torque_max_slave_nm", command_s);
+  largest("velocity_max_rad_s", v);
+
+  const Statistics E_m = over(a.master.t_s, a.energy_master_j, everything()),
+                   E_s = over(a.slave.t_s, a.energy_slave_j, everything());
+  Statistics both;
+  for (std::size_t k = 0; k < a.master.t_s.size(); ++k)
+    both.add(a.energy_master_j[k] + interpolate(a.slave.t_s, a.energy_slave_j, a.master.t_s[k]));
+  const auto least = [&](std::string_view key, const Statistics& s) {
+    if (s.count == 0)
+      out.set_absent(key, "nothing was recorded");
+    else
+      out.set(key, s.least);
+  };
+  least("energy_min_master_j", E_m);
+  least("energy_min_slave_j", E_s);
+  least("energy_min_both_j", both);
+}
+
+void set_share(Metrics& out, std::string_view key, double part, double whole, const std::string& because) {
+  if (whole > 0)
+    out.set(key, part / whole);
+  else
+    out.set_absent(key, because);
+}
+
+void network(const Session& session, const AlignedSession& a, Metrics& out) {
+  double jitter_s = kNaN;
+  for (const bool forward : {true, false}) {
+    std::vector<double> delays;
+    for (const LinkSample& p : session.link) {
+      if (p.forward == forward && !p.lost && std::isfinite(p.achieved_delay_s)) delays.push_back(p.achieved_delay_s);
+    }
+    const std::string prefix = forward ? "delay_forward" : "delay_return";
+    if (delays.empty()) {
+      for (const auto* suffix : {"_median_ms", "_p99_ms"})
+        out.set_absent(prefix + suffix, "no one-way delay was recorded");
+      continue;
+    }
+    Statistics s;
+    for (const double delay : delays) s.add(delay);
+    // About the mean, in a second pass: sum of squares minus squared mean loses every digit at a large steady delay.
+    Statistics about_mean;
+    for (const double delay : delays) about_mean.add(delay - s.mean());
+    jitter_s = std::fmax(jitter_s, about_mean.rms());
+    out.set(prefix + "_median_ms", 1e3 * quantile(delays, 0.5));
+    out.set(prefix + "_p99_ms", 1e3 * quantile(delays, 0.99));
+  }
+  if (std::isfinite(jitter_s))
+    out.set("jitter_ms", 1e3 * jitter_s);
+  else
+    out.set_absent("jitter_ms", "no one-way delay was recorded");
+
+  std::vector<double> rtt, depth;
+  for (const StationSample& s : session.master) {
+    if (std::isfinite(s.rtt_s) && s.rtt_s > 0) rtt.push_back(s.rtt_s);
+  }
+  for (const StationSample& s : session.slave) {
+    if (s.state == kEngaged && std::isfinite(s.playout_delay_s)) depth.push_back(s.playout_delay_s);
+  }
+  if (rtt.empty())
+    out.set_absent("rtt_median_ms", "no round trip was measured");
+  else
+    out.set("rtt_median_ms", 1e3 * quantile(rtt, 0.5));
+  if (depth.empty())
+    out.set_absent("playout_median_ms", "the slave was never engaged");
+  else
+    out.set("playout_median_ms", 1e3 * quantile(depth, 0.5));
+
+  const StationCounters &m = session.master_counters, &s = session.slave_counters;
+  const auto received = static_cast<double>(m.received + s.received);
+  if (!session.link.empty()) {
+    const auto lost =
+        std::count_if(session.link.begin(), session.link.end(), [](const LinkSample& p) { return p.lost; });
+    out.set("loss", static_cast<double>(lost) / static_cast<double>(session.link.size()));
+  } else {
+    const auto lost = static_cast<double>(m.lost + s.lost);
+    set_share(out, "loss", lost, received + lost, "no packet was recorded");
+  }
+  set_share(out, "late", static_cast<double>(m.late + s.late), received, "no packet was received");
+  set_share(out, "reordered", static_cast<double>(m.reordered + s.reordered), received, "no packet was received");
+
+  if (a.link_known)
+    out.set("delay_source", "link");
+  else if (!rtt.empty())
+    out.set("delay_source", "half_rtt");
+  else
+    out.set_absent("delay_source", "neither one-way delay nor round trip was recorded");
+}
+
+void wall_clock(const Session& session, Metrics& out) {
+  if (session.deterministic) {
+    for (const Metric& metric : out.all()) {
+      if (!metric.info->deterministic) out.set_absent(metric.info->key, "the run was in virtual time");
+    }
+    if (std::isfinite(session.wall.real_time_factor)) out.set("real_time_factor", session.wall.real_time_factor);
+    return;
+  }
+  const auto share = [](const StationCounters& c) {
+    return c.ticks > 0 ? static_cast<double>(c.overruns) / static_cast<double>(c.ticks) : kNaN;
+  };
+  out.set("overruns", std::fmax(share(session.master_counters), share(session.slave_counters)));
+  out.set("real_time_factor", session.wall.real_time_factor);
+  out.set("tick_p50_us", session.wall.tick_p50_us);
+  out.set("tick_p99_us", session.wall.tick_p99_us);
+  out.set("tick_max_us", session.wall.tick_max_us);
+}
+
+}  // namespace
+
+Metrics::Metrics() {
+  for (const MetricInfo& info : kMetrics) all_.push_back({&info, {}, "not computed"});
+}
+
+Metric& Metrics::find(std::string_view key) {
+  for (Metric& metric : all_) {
+    if (metric.info->key == key) return metric;
+  }
+  throw std::out_of_range("no metric is published under the name " + std::string(key));
+}
+
+const Metric& Metrics::at(std::string_view key) const { return const_cast<Metrics*>(this)->find(key); }
+
+void Metrics::set(std::string_view key, MetricValue value) {
+  Metric& metric = find(key);
+  const double* number = std::get_if<double>(&value);
+  if (number != nullptr && !std::isfinite(*number)) return set_absent(key, "not measured");
+  metric.value = std::move(value);
+  metric.absent_because.clear();
+}
+
+void Metrics::set_absent(std::string_view key, std::string because) {
+  Metric& metric = find(key);
+  metric.value = std::monostate{};
+  metric.absent_because = std::move(because);
+}
+
+double Metrics::number(std::string_view key) const {
+  const double* value = std::get_if<double>(&at(key).value);
+  return value != nullptr ? *value : kNaN;
+}
+
+std::string Metrics::text(std::string_view key) const {
+  const std::string* value = std::get_if<std::string>(&at(key).value);
+  return value != nullptr ? *value : std::string();
+}
+
+bool Metrics::is_true(std::string_view key) const {
+  const bool* value = std::get_if<bool>(&at(key).value);
+  return value != nullptr && *value;
+}
+
+bool Metrics::is_false(std::string_view key) const {
+  const bool* value = std::get_if<bool>(&at(key).value);
+  return value != nullptr && !*value;
+}
+
+const std::vector<std::string>& Metrics::list(std::string_view key) const {
+  static const std::vector<std::string> kNothing;
+  const auto* value = std::get_if<std::vector<std::string>>(&at(key).value);
+  return value != nullptr ? *value : kNothing;
+}
+
+Metrics compute_metrics(const Session& session, const scene::Scene& scene) {
+  Metrics out;
+  const AlignedSession aligned = align(session);
+  out.set("scene", session.scene_name);
+  out.set("seed", session.seed);
+  out.set("force_source", std::string(aligned.true_torque ? "true" : "estimated"));
+  out.set("angle_source", std::string(aligned.true_angle ? "true" : "estimated"));
+  out.set("clock_offset_bound_ms", 1e3 * session.clock_offset_bound_s);
+  whole_run(session, scene, aligned, out);
+  free_motion(aligned, scene, out);
+  contact(aligned, scene, out);
+  network(session, aligned, out);
+  wall_clock(session, out);
+
+  const Judgement judgement = judge(session, scene, out);
+  out.set("verdict", std::string(name_of(judgement.verdict)));
+  out.set("reasons", judgement.reasons);
+  std::vector<std::string> absent;
+  for (const Metric& metric : out.all()) {
+    const bool missing = std::holds_alternative<std::monostate>(metric.value);
+    if (missing && metric.info->deterministic && metric.info->key != "absent")
+      absent.push_back(std::string(metric.info->key) + ": " + metric.absent_because);
+  }
+  out.set("absent", std::move(absent));
+  return out;
+}
+
+}  // namespace farhand

@@ -1,0 +1,103 @@
+#include "common/record/summary.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace farhand {
+namespace {
+
+constexpr int kDigits = 6;
+
+double rounded(double y) {
+  char buffer[48];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, y, std::chars_format::scientific, kDigits - 1);
+  double out = y;
+  std::from_chars(buffer, end.ptr, out);
+  return out == 0 ? 0.0 : out;  // no -0
+}
+
+nlohmann::ordered_json json_of(const MetricValue& value) {
+  return std::visit(
+      [](const auto& v) -> nlohmann::ordered_json {
+        using T = std::decay_t<decltype(v)>;
+        if constexpr (std::is_same_v<T, std::monostate>)
+          return nullptr;
+        else if constexpr (std::is_same_v<T, double>)
+          return rounded(v);
+        else
+          return v;
+      },
+      value);
+}
+
+constexpr auto kColumns = std::to_array<std::pair<std::string_view, double StationSample::*>>({
+    {"x_rad", &StationSample::x_rad},
+    {"v_rad_s", &StationSample::v_rad_s},
+    {"f_nm", &StationSample::f_nm},
+    {"remote_x_rad", &StationSample::remote_x_rad},
+    {"remote_v_rad_s", &StationSample::remote_v_rad_s},
+    {"remote_f_nm", &StationSample::remote_f_nm},
+    {"target_x_rad", &StationSample::target_x_rad},
+    {"command_nm", &StationSample::command_nm},
+    {"x_cdob_rad", &StationSample::x_cdob_rad},
+    {"alpha", &StationSample::alpha},
+    {"playout_delay_s", &StationSample::playout_delay_s},
+    {"rtt_s", &StationSample::rtt_s},
+    {"true_x_rad", &StationSample::true_x_rad},
+    {"true_v_rad_s", &StationSample::true_v_rad_s},
+    {"true_f_nm", &StationSample::true_f_nm},
+});
+
+template <class Number>
+void append(std::string& row, Number y) {
+  char buffer[48];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, y);
+  row.append(buffer, end.ptr);
+}
+
+void write_row(std::string_view side, const StationSample& s, std::ostream& out) {
+  std::string row(side);
+  row += ',';
+  append(row, s.t_s);
+  row += ',';
+  append(row, s.state);
+  for (const auto& column : kColumns) {
+    row += ',';
+    const double y = s.*column.second;
+    if (std::isfinite(y)) append(row, y);
+  }
+  row += ',';
+  append(row, s.limits);
+  row += '\n';
+  out.write(row.data(), static_cast<std::streamsize>(row.size()));
+}
+
+}  // namespace
+
+std::string summary_json(const Metrics& metrics, bool with_wall_clock) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const Metric& metric : metrics.all()) {
+    if (metric.info->deterministic || with_wall_clock) json[std::string(metric.info->key)] = json_of(metric.value);
+  }
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+void write_csv(const Session& session, std::ostream& out) {
+  std::string header = "side,t_s,state";
+  for (const auto& column : kColumns) (header += ',') += column.first;
+  out << header << ",limits\n";
+  std::size_t m = 0, s = 0;
+  while (m < session.master.size() || s < session.slave.size()) {
+    const bool master_next =
+        s == session.slave.size() || (m < session.master.size() && session.master[m].t_s <= session.slave[s].t_s);
+    if (master_next)
+      write_row("master", session.master[m++], out);
+    else
+      write_row("slave", session.slave[s++], out);
+  }
+}
+
+}  // namespace farhand

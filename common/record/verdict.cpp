@@ -1,0 +1,150 @@
+#include "common/record/verdict.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "common/link/packet.hpp"
+#include "common/record/alignment.hpp"
+
+namespace farhand {
+namespace {
+
+constexpr double kOverrunLimit = 0.01;
+// A side that ran for this share of the scene's duration came to its end; a process may start a little before or after
+// the other.
+constexpr double kWholeRun = 0.98;
+// Holding that starts this long before a side's peer comes to its end is part of ending: the last packets are still on
+// the way.
+constexpr double kEnding_s = 0.05;
+
+constexpr int kEngaged = static_cast<int>(StationState::kEngaged);
+constexpr int kHolding = static_cast<int>(StationState::kHolding);
+constexpr int kFault = static_cast<int>(StationState::kFault);
+
+std::string three_digits(double y) {
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, y, std::chars_format::general, 3);
+  return {buffer, end.ptr};
+}
+
+bool whole(const std::vector<StationSample>& side, const scene::Scene& scene) {
+  return !side.empty() && side.back().t_s - side.front().t_s >= kWholeRun * scene.duration_s();
+}
+
+// From HOLD or STOP to the next ENGAGE. The live operator leaves events; the timeline of a scene leaves its acts.
+std::vector<std::pair<double, double>> operator_holds(const Session& session, const scene::Scene& scene) {
+  std::vector<std::pair<double, bool>> acts;  // time, engages
+  for (const scene::OperatorAct& act : scene.operator_acts()) acts.emplace_back(act.at_s(), act.act() == scene::ENGAGE);
+  for (const SessionEvent& event : session.events) {
+    for (const auto* word : {"operator: engage", "operator: hold", "operator: stop"}) {
+      if (event.text.rfind(word, 0) == 0) acts.emplace_back(event.t_s, std::string_view(word) == "operator: engage");
+    }
+  }
+  std::sort(acts.begin(), acts.end());
+  std::vector<std::pair<double, double>> holds;
+  bool held = false;
+  for (const auto& [t_s, engages] : acts) {
+    if (!engages && !held) holds.emplace_back(t_s, std::numeric_limits<double>::infinity());
+    if (engages && held) holds.back().second = t_s;
+    held = !engages;
+  }
+  return holds;
+}
+
+double hold_of_side(const std::vector<StationSample>& side, const std::vector<StationSample>& peer,
+                    const scene::Scene& scene, const std::vector<std::pair<double, double>>& wanted) {
+  const double peer_end_s = whole(peer, scene) ? peer.back().t_s - kEnding_s : std::numeric_limits<double>::infinity();
+  double held_s = 0;
+  bool engaged_before = false, counts = false;
+  int last = -1;
+  for (std::size_t k = 0; k + 1 < side.size(); ++k) {
+    const StationSample& s = side[k];
+    if (s.state == kEngaged) engaged_before = true;
+    // Why a hold began is known when it begins, so the whole of it counts or none.
+    if (s.state == kHolding && last != kHolding) {
+      counts = engaged_before && s.t_s < peer_end_s &&
+               std::none_of(wanted.begin(), wanted.end(),
+                            [&](const auto& hold) { return s.t_s >= hold.first && s.t_s <= hold.second; });
+    }
+    if (s.state == kHolding && counts) held_s += std::clamp(side[k + 1].t_s - s.t_s, 0.0, kGap_s);
+    last = s.state;
+  }
+  return held_s;
+}
+
+void judge_side(std::string_view who, const std::vector<StationSample>& side, const scene::Scene& scene,
+                std::vector<std::string>& failed, std::vector<std::string>& degraded) {
+  const std::string name(who);
+  if (side.empty()) {
+    failed.push_back("Nothing was recorded by the " + name + ".");
+    return;
+  }
+  const auto fault = std::find_if(side.begin(), side.end(), [](const StationSample& s) { return s.state == kFault; });
+  if (fault != side.end()) failed.push_back("The " + name + " went into fault at " + three_digits(fault->t_s) + " s.");
+  if (!whole(side, scene)) {
+    degraded.push_back("The recording of the " + name + " covers " + three_digits(side.back().t_s - side.front().t_s) +
+                       " s of " + three_digits(scene.duration_s()) + " s.");
+  }
+}
+
+}  // namespace
+
+std::string_view name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kOk:
+      return "ok";
+    case Verdict::kDegraded:
+      return "degraded";
+    case Verdict::kFailed:
+      return "failed";
+  }
+  return "failed";
+}
+
+double unwanted_hold_s(const Session& session, const scene::Scene& scene) {
+  const auto wanted = operator_holds(session, scene);
+  return std::max(hold_of_side(session.master, session.slave, scene, wanted),
+                  hold_of_side(session.slave, session.master, scene, wanted));
+}
+
+Judgement judge(const Session& session, const scene::Scene& scene, const Metrics& metrics) {
+  std::vector<std::string> failed, degraded;
+  judge_side("master", session.master, scene, failed, degraded);
+  judge_side("slave", session.slave, scene, failed, degraded);
+  if (!(metrics.number("engaged_s") > 0)) failed.push_back("The two sides were never engaged together.");
+  if (metrics.is_false("stable")) {
+    const double residual = metrics.number("residual_p2p_rad");
+    failed.push_back(std::isfinite(residual)
+                         ? "Contact was not stable: the angle still moved by " + three_digits(1e3 * residual) +
+                               " mrad in the last 2 s of the contact window, or a side left engagement in it."
+                         : std::string("Contact was not stable: it ended in a fault."));
+  }
+  const auto above = [&](std::string_view key, bool judged, double limit, double scale, const std::string& what,
+                         const std::string& unit) {
+    const double value = metrics.number(key);
+    if (judged && value > limit) {
+      degraded.push_back(what + " " + three_digits(scale * value) + unit + ", above the limit of " +
+                         three_digits(scale * limit) + unit + ".");
+    }
+  };
+  const scene::Windows& windows = scene.windows();
+  above("tracking_rms_rad", windows.has_degraded_tracking_rad(), windows.degraded_tracking_rad(), 1e3,
+        "Tracking in free motion was off by an RMS of", " mrad");
+  above("late", windows.has_degraded_late(), windows.degraded_late(), 100,
+        "Packets that came too late for their play-out:", " %");
+  above("overruns", true, kOverrunLimit, 100, "Ticks that took longer than their period:", " %");
+  if (metrics.number("held_s") > 0) {
+    degraded.push_back("A side held for " + three_digits(metrics.number("held_s")) +
+                       " s for want of its peer or its device.");
+  }
+
+  Judgement out;
+  out.verdict = !failed.empty() ? Verdict::kFailed : !degraded.empty() ? Verdict::kDegraded : Verdict::kOk;
+  out.reasons = std::move(failed);
+  out.reasons.insert(out.reasons.end(), degraded.begin(), degraded.end());
+  return out;
+}
+
+}  // namespace farhand

@@ -1,0 +1,29 @@
+// From numbers to words: was this session ok, degraded or failed, and why.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/record/metrics.hpp"
+
+namespace farhand {
+
+enum class Verdict { kOk, kDegraded, kFailed };
+
+std::string_view name_of(Verdict verdict);
+
+struct Judgement {
+  Verdict verdict = Verdict::kOk;
+  std::vector<std::string> reasons;  // failed ones first
+};
+
+// Failed: a fault, never engaged, unstable where stability is judged. Degraded: a limit of the scene exceeded, more
+// than 1 % of the ticks overrun, a side held for want of its peer, a recording that ends early.
+Judgement judge(const Session& session, const scene::Scene& scene, const Metrics& metrics);
+
+// Time during which a side held after it had been engaged. A hold that the operator asked for does not count, nor one
+// that began when the other side had come to the end of its run.
+double unwanted_hold_s(const Session& session, const scene::Scene& scene);
+
+}  // namespace farhand
