@@ -1,5 +1,14 @@
-// Scene files: what loads, what is refused and with which words.
+// Scene files: what loads, what is refused and with which words; the schema printout.
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
 
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
@@ -7,9 +16,375 @@
 namespace farhand {
 namespace {
 
-TEST(ShippedScenes, AllLoad) {
-  ASSERT_FALSE(known_scenes().empty());
-  for (const std::string& name : known_scenes()) EXPECT_NO_THROW(load_scene(name)) << name;
+using Sets = std::vector<std::string>;
+
+const std::string kBase = "architecture: FOUR_CHANNEL\nduration_s: 10\n";
+
+scene::Scene load_text(const std::string& text, const Sets& sets = {}) {
+  return load_scene_text(text, "FILE", sets).scene;
+}
+
+// What the loader complains about, or "" if the text loads.
+std::string complaint(const std::string& text, const Sets& sets = {}) {
+  try {
+    load_text(text, sets);
+    return "";
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+}
+
+std::string read_file(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+struct SceneDirectory {
+  explicit SceneDirectory(const std::string& path) { setenv("FARHAND_SCENES", path.c_str(), 1); }
+  ~SceneDirectory() { unsetenv("FARHAND_SCENES"); }
+};
+
+TEST(ShippedScenes, AllLoadAndSayWhatTheyAre) {
+  ASSERT_GE(known_scenes().size(), 12u);
+  for (const std::string& name : known_scenes()) {
+    const LoadedScene loaded = load_scene(name);
+    EXPECT_EQ(loaded.name, name);
+    EXPECT_FALSE(loaded.scene.description().empty()) << name;
+    EXPECT_GT(loaded.scene.operator_acts_size(), 0) << name << " never engages";
+  }
+}
+
+TEST(ShippedScenes, IntendedMotionEndsWithinTheRunAndHandComesAtRest) {
+  for (const std::string& name : known_scenes()) {
+    const scene::Scene scene = load_scene(name).scene;
+    double t_s = 0;
+    for (const auto& movement : scene.master().therapist().intended()) {
+      if (movement.has_sine_amplitude_rad()) {
+        const double periods = movement.duration_s() * movement.sine_frequency_hz();
+        EXPECT_NEAR(periods, std::round(periods), 1e-9) << name << ": the sine must end where it began";
+        EXPECT_TRUE(!scene.slave().has_hand() || scene.slave().hand().from_s() == 0 ||
+                    scene.slave().hand().from_s() >= t_s + movement.duration_s())
+            << name << ": the hand comes in while the orthosis moves";
+      }
+      t_s += movement.duration_s();
+    }
+    EXPECT_LE(t_s, scene.duration_s()) << name;
+  }
+}
+
+TEST(Load, FillsInEveryDefault) {
+  const scene::Scene scene = load_text(kBase);
+  EXPECT_EQ(scene.control().k_p_per_s2(), 400);
+  EXPECT_EQ(scene.slave().axis().range_max_rad(), 0.349);
+  EXPECT_EQ(scene.master().therapist().grip(), scene::NORMAL);
+  EXPECT_EQ(scene.world().step_s(), 50e-6);
+  EXPECT_EQ(scene.network().backward().distribution(), scene::UNIFORM);
+  EXPECT_EQ(scene.seed(), 1u);
+  EXPECT_TRUE(scene.has_description());
+  EXPECT_FALSE(scene.slave().has_hand());
+  EXPECT_FALSE(scene.slave().has_wall());
+  EXPECT_FALSE(scene.windows().has_free());
+  EXPECT_FALSE(scene.windows().has_contact());
+  EXPECT_EQ(load_text(kBase + "slave { hand {} }").slave().hand().stiffness_nm_per_rad(), 2);
+}
+
+TEST(Load, EveryDefaultOfTheSchemaIsItselfAllowed) {
+  // A completed scene is checked again when it is loaded from its own text.
+  EXPECT_EQ(complaint(complete_text(
+                load_text(kBase + "slave { hand {} wall {} } master { therapist { intended { duration_s: 1 } } }"))),
+            "");
+}
+
+TEST(Load, SaysWhatIsMissing) {
+  EXPECT_EQ(complaint("architecture: FOUR_CHANNEL"),
+            "FILE: duration_s is missing and has no default; give a value from 0.1 to 1e6 s (length of the run)");
+  EXPECT_EQ(
+      complaint(kBase + "windows {\n  free { from_s: 1 }\n}"),
+      "FILE:4:3: windows.free.until_s is missing and has no default; give a value from 0 to 1e9 s (end of the window)");
+  EXPECT_EQ(complaint(""),
+            "FILE: architecture is missing and has no default; give one of FOUR_CHANNEL, FOUR_CHANNEL_CDOB, "
+            "FOUR_CHANNEL_CDOB_SDCV (which control architecture runs)\n"
+            "FILE: duration_s is missing and has no default; give a value from 0.1 to 1e6 s (length of the run)");
+}
+
+TEST(Load, SaysWhichFieldWasMeant) {
+  EXPECT_EQ(complaint(kBase + "control {\n  K_p_per_s: 3\n}"),
+            "FILE:4:3: there is no field 'K_p_per_s' in Control, did you mean 'K_p_per_s2'?");
+  EXPECT_EQ(complaint(kBase + "slave { hand { stiffness: 3 } }"),
+            "FILE:3:16: there is no field 'stiffness' in Hand, did you mean 'stiffness_nm_per_rad'?");
+  EXPECT_EQ(complaint(kBase + "entirely_else: 3"), "FILE:3:1: there is no field 'entirely_else' in Scene");
+  EXPECT_EQ(complaint("architecture: FIVE_CHANNEL\nduration_s: 10\n"),
+            "FILE:1:15: architecture cannot be 'FIVE_CHANNEL'; give one of FOUR_CHANNEL, FOUR_CHANNEL_CDOB, "
+            "FOUR_CHANNEL_CDOB_SDCV");
+}
+
+TEST(Load, SaysWhatIsOutOfRange) {
+  const std::string range = " is not allowed; give a value from 0 to 1e6 1/s2 (position gain of C_p(s) = K_d s + K_p)";
+  for (const std::string value : {"-1", "nan", "inf", "-inf", "1000001"})
+    EXPECT_EQ(complaint(kBase + "control { K_p_per_s2: " + value + " }"),
+              "FILE:3:11: control.K_p_per_s2 = " + shortest(std::stod(value)) + range);
+  EXPECT_EQ(complaint(kBase + "control { K_p_per_s2: 1e6 }"), "");
+  EXPECT_EQ(complaint(kBase + "control { K_p_per_s2: 0 }"), "");
+  EXPECT_EQ(complaint(kBase + "control { g_dis_rad_s: 0 }"),
+            "FILE:3:11: control.g_dis_rad_s = 0 is not allowed; give a value above 0, up to 1e5 rad/s (cut-off of the "
+            "disturbance observer)");
+  EXPECT_EQ(complaint(kBase + "runtime { priority: 1.5 }"),
+            "FILE:3:11: runtime.priority = 1.5 is not allowed; give a whole number from 0 to 99 (SCHED_FIFO "
+            "priority of the loop "
+            "thread; 0: ordinary scheduling)");
+  EXPECT_EQ(complaint(kBase + "seed: 9007199254740993"),
+            "FILE:3:1: seed = 9007199254740993 is not allowed; give a whole number from 0 to 9007199254740992 (seeds "
+            "every random choice of the run)");
+  EXPECT_EQ(complaint(kBase + "operator_acts { at_s: 1 act: 0 }"),
+            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP");
+  EXPECT_EQ(complaint(kBase + "operator_acts { at_s: 1 act: 17 }"),
+            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP");
+}
+
+TEST(Load, CollectsEveryMistake) {
+  EXPECT_EQ(
+      complaint("architecture: FOUR_CHANNEL\nduration_s: -1\nspeed: 3\ntick_s: 1\nnetwork { forward { los: 0.1 } }\n"),
+      "FILE:3:1: there is no field 'speed' in Scene, did you mean 'seed'?\n"
+      "FILE:5:21: there is no field 'los' in Path, did you mean 'loss'?\n"
+      "FILE:2:1: duration_s = -1 is not allowed; give a value from 0.1 to 1e6 s (length of the run)\n"
+      "FILE:4:1: tick_s = 1 is not allowed; give a value from 1e-4 to 0.02 s (control period of both stations)");
+}
+
+TEST(Load, RefusesWhatIsGivenTwice) {
+  EXPECT_EQ(complaint(kBase + "duration_s: 5"), "FILE:3:1: duration_s is given twice");
+  EXPECT_EQ(complaint(kBase + "control { K_p_per_s2: 1 }\ncontrol { K_d_per_s: 1 }"),
+            "FILE:4:1: control is given twice");
+  EXPECT_EQ(complaint(kBase + "slave { hand {} hand {} }"), "FILE:3:17: hand is given twice");
+  EXPECT_EQ(complaint(kBase, {"slave.hand={ rest_rad: 0 rest_rad: 0.1 }"}),
+            "--set slave.hand={ rest_rad: 0 rest_rad: 0.1 }: rest_rad is given twice");
+}
+
+TEST(Load, RefusesWhatIsNotASceneFile) {
+  EXPECT_EQ(complaint("\x7f"
+                      "ELF\x02\x01"),
+            "FILE: is not text: it holds control characters");
+  EXPECT_EQ(complaint(kBase + "description: \"\xff\xfe\""), "FILE: is not UTF-8 text");
+  EXPECT_EQ(complaint(kBase + std::string(1, '\0')), "FILE: is not text: it holds control characters");
+  EXPECT_EQ(complaint(kBase + "description: \"\\377\""), "FILE:3:1: description is not valid UTF-8 text");
+  EXPECT_EQ(complaint(kBase + "description: \"a\\nb\""),
+            "FILE:3:1: description must be one line without control characters");
+  EXPECT_EQ(complaint(std::string(1u << 20, ' ') + "x"), "FILE: is larger than 1 MiB, so it is not a scene file");
+  EXPECT_EQ(complaint(std::string(1u << 20, '#')),
+            "FILE: architecture is missing and has no default; give one of FOUR_CHANNEL, FOUR_CHANNEL_CDOB, "
+            "FOUR_CHANNEL_CDOB_SDCV (which control architecture runs)\n"
+            "FILE: duration_s is missing and has no default; give a value from 0.1 to 1e6 s (length of the run)");
+  EXPECT_EQ(complaint(kBase + "control {"), "FILE:3:10: Expected identifier, got: the end");
+  EXPECT_EQ(complaint(kBase + "duration_s"), "FILE:3:1: duration_s is given twice");
+  std::string wrong = kBase;
+  while (wrong.size() < 1'000'000) wrong += "no_such_field: 1\n";
+  EXPECT_NE(complaint(wrong).find("more mistakes"), std::string::npos);
+  for (const std::string open : {"a{", "a[", "a:[{", "a<", "slave{", "[", "{"}) {
+    std::string deep;
+    while (deep.size() < 900'000) deep += open;
+    EXPECT_NE(complaint(deep), "") << open;
+  }
+  const auto refusal = [](const std::string& path) -> std::string {
+    try {
+      load_scene(path);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal("/nonexistent/scene.txtpb"),
+            "/nonexistent/scene.txtpb: cannot be opened: No such file or directory");
+  EXPECT_EQ(refusal("/"), "/: is a directory, not a scene file");
+}
+
+TEST(Load, NamesTheKnownScenes) {
+  const std::string directory = testing::TempDir() + "config_test_scenes_" + std::to_string(getpid());
+  std::filesystem::create_directories(directory);
+  std::ofstream(directory + "/first.txtpb") << kBase;
+  std::ofstream(directory + "/second.txtpb") << kBase;
+  std::ofstream(directory + "/notes.md") << "no scene";
+  const SceneDirectory chosen(directory);
+  EXPECT_EQ(load_scene("first").path, directory + "/first.txtpb");
+  try {
+    load_scene("frist");
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_EQ(error.what(),
+              "there is no scene 'frist' in " + directory + ", did you mean 'first'? Known scenes: first second");
+  }
+  std::filesystem::remove_all(directory);
+}
+
+TEST(Load, ChecksWhatMustFitTogether) {
+  EXPECT_EQ(complaint(kBase + "control { f_1_nm: 0.8 }"),
+            "FILE:3:11: control.f_1_nm = 0.8 must be below f_2_nm = 0.75");
+  EXPECT_EQ(complaint(kBase + "master { axis { range_min_rad: 0.4 } }"),
+            "FILE:3:17: master.axis.range_min_rad = 0.4 must be below range_max_rad = 0.349");
+  EXPECT_EQ(complaint(kBase + "slave { motor { stop_min_rad: 0.349 } }"),
+            "FILE:3:17: slave.motor.stop_min_rad = 0.349 must be below stop_max_rad = 0.349");
+  EXPECT_EQ(complaint(kBase + "slave { series_elastic { stop_max_rad: -1 } }"),
+            "FILE:3:9: slave.series_elastic.stop_min_rad = -0.5236 must be below stop_max_rad = -1");
+  EXPECT_EQ(complaint(kBase + "slave { hand { from_s: 3 until_s: 2 } }"),
+            "FILE:3:16: slave.hand.from_s = 3 must be below until_s = 2");
+  EXPECT_EQ(complaint(kBase + "network { forward { cut_from_s: 3 cut_until_s: 2 } }"),
+            "FILE:3:21: network.forward.cut_from_s = 3 must be at most cut_until_s = 2");
+  EXPECT_EQ(complaint(kBase + "network { backward { cut_from_s: 3 cut_until_s: 3 } }"), "");
+  EXPECT_EQ(complaint(kBase + "windows { free { from_s: 3 until_s: 3 } }"),
+            "FILE:3:18: windows.free.from_s = 3 must be below until_s = 3");
+  EXPECT_EQ(complaint(kBase + "windows { contact { from_s: 3 until_s: 10.5 } }"),
+            "FILE:3:31: windows.contact.until_s = 10.5 lies after the end of the run, duration_s = 10");
+  EXPECT_EQ(
+      complaint(kBase + "master { therapist { intended { duration_s: 1 ramp_to_rad: 0.1 sine_amplitude_rad: 0.1 } } }"),
+      "FILE:3:22: master.therapist.intended[0] gives both ramp_to_rad and sine_amplitude_rad; one movement is a ramp, "
+      "a sine or (neither) a hold");
+  EXPECT_EQ(complaint(kBase + "operator_acts { at_s: 2 act: ENGAGE }\noperator_acts { at_s: 1 act: STOP }"),
+            "FILE:4:17: operator_acts[1].at_s = 1 lies before the act above it, at_s = 2");
+}
+
+TEST(Set, OverridesAndMends) {
+  const scene::Scene scene = load_text(
+      "duration_s: -1\noperator_acts { at_s: 1 act: ENGAGE }\nslave { hand { rest_rad: 0.1 } }",
+      {"duration_s=5", "architecture=FOUR_CHANNEL", "slave.hand.stiffness_nm_per_rad=3.5", "operator_acts[0].at_s=1.5",
+       "operator_acts={at_s: 2 act: HOLD}", "operator_acts[2].at_s=3", "operator_acts[2].act=STOP",
+       "operator_acts[1]={ at_s: 2.5 act: HOLD }", "description=\"by hand\"", "seed=7"});
+  EXPECT_EQ(scene.duration_s(), 5);
+  EXPECT_EQ(scene.slave().hand().stiffness_nm_per_rad(), 3.5);
+  EXPECT_EQ(scene.slave().hand().rest_rad(), 0.1);
+  ASSERT_EQ(scene.operator_acts_size(), 3);
+  EXPECT_EQ(scene.operator_acts(0).at_s(), 1.5);
+  EXPECT_EQ(scene.operator_acts(1).at_s(), 2.5);
+  EXPECT_EQ(scene.operator_acts(2).act(), scene::STOP);
+  EXPECT_EQ(scene.seed(), 7u);
+  EXPECT_EQ(load_text(kBase + "slave { hand { rest_rad: 0.1 } }", {"slave.hand={}"}).slave().hand().rest_rad(), 0)
+      << "a group is replaced, not merged";
+  const Sets none;
+  EXPECT_EQ(load_scene_text(kBase, "FILE", none, 42).scene.seed(), 42u);
+}
+
+TEST(Set, SaysWhichArgumentIsWrong) {
+  EXPECT_EQ(complaint(kBase, {"control.K_p_per_s=3"}),
+            "--set control.K_p_per_s=3: there is no field 'K_p_per_s' in Control, did you mean 'K_p_per_s2'?");
+  EXPECT_EQ(complaint(kBase, {"control.K_p_per_s2=-3"}),
+            "--set control.K_p_per_s2=-3: control.K_p_per_s2 = -3 is not allowed; give a value from 0 to 1e6 1/s2 "
+            "(position gain of C_p(s) = K_d s + K_p)");
+  EXPECT_EQ(complaint(kBase, {"control.K_p_per_s2=abc"}), "--set control.K_p_per_s2=abc: Expected double, got: abc");
+  EXPECT_EQ(complaint(kBase, {"control.K_p_per_s2=1 K_d_per_s: 2"}),
+            "--set control.K_p_per_s2=1 K_d_per_s: 2: must give one value for one field");
+  EXPECT_EQ(complaint(kBase, {"control.K_p_per_s2="}), "--set control.K_p_per_s2=: Expected double, got: the end");
+  EXPECT_EQ(complaint(kBase, {"control.K_p_per_s2"}), "--set control.K_p_per_s2: must be field.path=value");
+  EXPECT_EQ(complaint(kBase, {"architecture=FIVE"}),
+            "--set architecture=FIVE: architecture cannot be 'FIVE'; give one of FOUR_CHANNEL, FOUR_CHANNEL_CDOB, "
+            "FOUR_CHANNEL_CDOB_SDCV");
+  EXPECT_EQ(complaint(kBase, {"duration_s.x=1"}), "--set duration_s.x=1: duration_s has no fields of its own");
+  EXPECT_EQ(complaint(kBase, {"duration_s[0]=1"}), "--set duration_s[0]=1: duration_s is not a list");
+  EXPECT_EQ(complaint(kBase, {"operator_acts[1].at_s=1"}),
+            "--set operator_acts[1].at_s=1: operator_acts has 0 elements; the next one to add is [0]");
+  EXPECT_EQ(complaint(kBase, {"operator_acts.at_s=1"}),
+            "--set operator_acts.at_s=1: operator_acts is a list; say which element, such as operator_acts[0]");
+  EXPECT_EQ(
+      complaint(kBase, {"operator_acts[x].at_s=1"}),
+      "--set operator_acts[x].at_s=1: 'operator_acts[x]' is not a field; an element of a list is written name[0]");
+  EXPECT_EQ(complaint(kBase, {"operator_acts[0].at_s=1"}),
+            "--set operator_acts[0].at_s=1: operator_acts[0].act is missing and has no default; give one of ENGAGE, "
+            "HOLD, STOP (ENGAGE, HOLD or STOP)");
+  EXPECT_EQ(complaint(kBase, {"slave.hand={stif: 3}"}),
+            "--set slave.hand={stif: 3}: there is no field 'stif' in Hand, did you mean 'stiffness_nm_per_rad'?");
+  EXPECT_EQ(complaint(kBase, {"slave.hand={from_s: 3}", "slave.hand.until_s=2"}),
+            "--set slave.hand={from_s: 3}: slave.hand.from_s = 3 must be below until_s = 2");
+  EXPECT_EQ(complaint(kBase, {"..=1", "=", "\xff=1"}),
+            "--set ..=1: there is no field '' in Scene\n"
+            "--set =: must be field.path=value\n"
+            "--set: the argument is not UTF-8 text");
+}
+
+TEST(CompleteText, LoadsToTheSameScene) {
+  for (const std::string& name : known_scenes()) {
+    const std::string text = complete_text(load_scene(name).scene);
+    EXPECT_EQ(complete_text(load_text(text)), text) << name;
+  }
+}
+
+TEST(CompleteText, KeepsEveryBitOfANumber) {
+  scene::Scene scene = load_text(kBase);
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 2000; ++i) {
+    const double value = std::ldexp(static_cast<double>(random()), -50);  // up to 2^14
+    scene.mutable_control()->set_k_d_per_s(value / 2);
+    const std::string text = complete_text(scene);
+    EXPECT_EQ(load_text(text).control().k_d_per_s(), value / 2);
+  }
+  scene.mutable_control()->set_k_d_per_s(0.1);
+  EXPECT_NE(complete_text(scene).find("K_d_per_s: 0.1\n"), std::string::npos);
+}
+
+// Whatever a file holds, it either loads or is refused with a sentence.
+TEST(Load, SurvivesAnyMutationOfASceneFile) {
+  const std::string original = read_file(load_scene("demo").path);
+  const std::vector<std::string> splices = {"{", "}",    "\"",  ":",       "-",      "e999",   "0x",
+                                            "#", "\n",   "nan", "[",       "]",      "<",      ">",
+                                            ",", "\xc3", "1",   "control", "hand {", "ENGAGE", std::string(1, '\0')};
+  std::mt19937_64 random(1);
+  int loaded = 0, refused = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    std::string text = original;
+    for (auto edits = 1 + random() % 4; edits > 0 && !text.empty(); --edits) {
+      const std::size_t at = random() % text.size();
+      switch (random() % 4) {
+        case 0:
+          text[at] = static_cast<char>(random());
+          break;
+        case 1:
+          text.erase(at, random() % 20);
+          break;
+        case 2:
+          text.insert(at, splices[random() % splices.size()]);
+          break;
+        default:
+          text.insert(at, text.substr(random() % text.size(), random() % 60));
+      }
+    }
+    if (i % 100 == 0) text.resize(random() % text.size());
+    const std::string sentences = complaint(text);
+    ++(sentences.empty() ? loaded : refused);
+  }
+  EXPECT_GT(loaded, 100);
+  EXPECT_GT(refused, 1000);
+  std::cout << loaded << " loaded, " << refused << " refused\n";
+}
+
+TEST(Set, SurvivesAnyArgument) {
+  const std::vector<std::string> pieces = {"slave", "hand", ".", "=", "[0]", "[", "]",    "operator_acts", "{",
+                                           "}",     "at_s", ":", "1", "-",   " ", "\xff", "[99999999999]", "duration_s",
+                                           "\""};
+  std::mt19937_64 random(2);
+  for (int i = 0; i < 10'000; ++i) {
+    Sets sets(1);
+    for (auto count = random() % 8; count > 0; --count) sets[0] += pieces[random() % pieces.size()];
+    try {
+      load_text(kBase, sets);
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what()).find("--set"), std::string::npos) << sets[0];
+    }
+  }
+}
+
+TEST(Schema, GivesEveryFieldMeaningRangeAndUnit) {
+  std::ostringstream json, table;
+  print_schema_json(json);
+  print_schema(table);
+  const auto fields = nlohmann::json::parse(json.str());
+  EXPECT_GT(fields.size(), 100u);
+  for (const auto& field : fields) {
+    const std::string path = field["field"];
+    EXPECT_FALSE(field["meaning"].get<std::string>().empty()) << path;
+    EXPECT_NE(table.str().find("\n" + path + " "), std::string::npos) << path;
+    if (field["type"] == "number" || field["type"] == "integer") {
+      EXPECT_TRUE(field.contains("min") && field.contains("max")) << path;
+      EXPECT_TRUE(field.contains("unit") || path == "seed") << path;
+    }
+  }
+  std::istringstream lines(table.str());
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120u) << line;
 }
 
 }  // namespace

@@ -51,7 +51,11 @@ class Checker {
       case FieldDescriptor::CPPTYPE_DOUBLE:
         return check_number(reflection.GetDouble(message, &field), field, path);
       case FieldDescriptor::CPPTYPE_UINT64:
-        return check_number(static_cast<double>(reflection.GetUInt64(message, &field)), field, path);
+        // Compared as integers: as a double, 2^53 + 1 would pass for 2^53.
+        if (const auto value = reflection.GetUInt64(message, &field);
+            value > static_cast<std::uint64_t>(field_info(field).max()))
+          complain_value(std::to_string(value), field, path);
+        return;
       case FieldDescriptor::CPPTYPE_ENUM: {
         // proto3 enums are open: a number that no choice has is kept by the parser.
         const int number = reflection.GetEnumValue(message, &field);
@@ -70,9 +74,12 @@ class Checker {
     const scene::FieldInfo& info = field_info(field);
     const bool inside = value >= info.min() && value <= info.max() && !(info.above_min() && value == info.min());
     const bool whole = !info.integer() || value == std::floor(value);
-    if (std::isfinite(value) && inside && whole) return;
-    complain(path, path + " = " + shortest(value) + " is not allowed; give a value " + allowed_text(field) + " (" +
-                       info.meaning() + ")");
+    if (!std::isfinite(value) || !inside || !whole) complain_value(shortest(value), field, path);
+  }
+
+  void complain_value(const std::string& value, const FieldDescriptor& field, const std::string& path) {
+    complain(path, path + " = " + value + " is not allowed; give " + allowed_text(field) + " (" +
+                       field_info(field).meaning() + ")");
   }
 
   // Text goes into reports, tables and recordings: valid UTF-8, one line, no control characters. Escapes could bring in

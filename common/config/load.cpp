@@ -32,19 +32,64 @@ constexpr const char* kEnding = ".txtpb";
 
 class Mistakes {
  public:
-  void add(const std::string& place, const std::string& sentence) { sentences_.push_back(place + ": " + sentence); }
+  bool full() const { return sentences_.size() >= kMaxSentences; }
+  void add(const std::string& place, const std::string& sentence) {
+    if (full())
+      ++more_;
+    else
+      sentences_.push_back(place + ": " + sentence);
+  }
   void throw_if_any() const {
     if (sentences_.empty()) return;
     std::string all;
-    for (std::size_t i = 0; i < std::min(sentences_.size(), kMaxSentences); ++i)
-      all += (i == 0 ? "" : "\n") + sentences_[i];
-    if (sentences_.size() > kMaxSentences)
-      all += "\nand " + std::to_string(sentences_.size() - kMaxSentences) + " more mistakes";
+    for (const std::string& sentence : sentences_) all += (all.empty() ? "" : "\n") + sentence;
+    if (more_ > 0) all += "\nand " + std::to_string(more_) + " more mistakes";
     throw ConfigError(all);
   }
 
  private:
   std::vector<std::string> sentences_;
+  std::size_t more_ = 0;
+};
+
+// Lines and columns of a text, counted as the parser does: from 0, in bytes, a tab ends at the next multiple of eight.
+class Rows {
+ public:
+  explicit Rows(std::string_view text) : text_(text) {}
+
+  std::size_t offset(int line, int column) const {
+    Cursor at;
+    std::size_t i = 0;
+    while (i < text_.size() && (at.line < line || (at.line == line && at.column < column))) at.pass(text_[i++]);
+    return i;
+  }
+
+  std::string describe(std::size_t offset) const {
+    Cursor at;
+    for (const char c : text_.substr(0, offset)) at.pass(c);
+    return describe(at.line, at.column);
+  }
+
+  static std::string describe(int line, int column) {
+    return ":" + std::to_string(line + 1) + ":" + std::to_string(column + 1);
+  }
+
+  std::string_view text() const { return text_; }
+
+ private:
+  struct Cursor {
+    int line = 0, column = 0;
+    void pass(char c) {
+      if (c == '\n') {
+        ++line;
+        column = 0;
+      } else {
+        column += c == '\t' ? 8 - column % 8 : 1;
+      }
+    }
+  };
+
+  std::string_view text_;
 };
 
 // Where each field of the scene was written: "file:line:column", "--set a.b=c". What was not written is looked for
@@ -63,8 +108,7 @@ class Places {
         const int index = field->is_repeated() ? i : -1;
         const std::string path = prefix + field->name() + (field->is_repeated() ? "[" + std::to_string(i) + "]" : "");
         const auto at = tree.GetLocation(field, index);
-        if (at.line >= 0)
-          places_[path] = places_[""] + ":" + std::to_string(at.line + 1) + ":" + std::to_string(at.column + 1);
+        if (at.line >= 0) places_[path] = places_[""] + Rows::describe(at.line, at.column);
         if (field->message_type() == nullptr) continue;
         const Message& nested = field->is_repeated() ? reflection.GetRepeatedMessage(message, field, i)
                                                      : reflection.GetMessage(message, field);
@@ -104,40 +148,52 @@ std::string quoted(const std::string& sentence, int which) {
 // warnings), so that one does not hide the next; here they are mistakes like the others.
 class ParserMessages : public google::protobuf::io::ErrorCollector {
  public:
-  ParserMessages(Mistakes& mistakes, std::string place, bool with_line)
-      : mistakes_(mistakes), place_(std::move(place)), with_line_(with_line) {}
+  ParserMessages(Mistakes& mistakes, std::string place, std::optional<Rows> rows)
+      : mistakes_(mistakes), place_(std::move(place)), rows_(rows) {}
 
   void AddError(int line, int column, const std::string& sentence) override { add(line, column, sentence); }
   void AddWarning(int line, int column, const std::string& sentence) override { add(line, column, sentence); }
 
  private:
+  struct Explained {
+    std::string sentence;
+    std::string culprit;  // the word at fault, where the parser only noticed at the word after it
+  };
+
   void add(int line, int column, const std::string& sentence) {
-    const std::string at =
-        with_line_ && line >= 0 ? ":" + std::to_string(line + 1) + ":" + std::to_string(column + 1) : "";
-    mistakes_.add(place_ + at, explain(sentence));
+    if (mistakes_.full()) return mistakes_.add("", "");  // only counted; finding its place would take time for each
+    const auto [explanation, culprit] = explain(sentence);
+    std::string at;
+    if (rows_ && line >= 0) {
+      at = Rows::describe(line, column);
+      const std::size_t noticed = rows_->offset(line, column);
+      const auto found = culprit.empty() ? culprit.npos : rows_->text().substr(0, noticed).rfind(culprit);
+      if (found != culprit.npos) at = rows_->describe(found);
+    }
+    mistakes_.add(place_ + at, explanation);
   }
 
-  static std::string explain(const std::string& sentence) {
+  static Explained explain(const std::string& sentence) {
     const auto& file = *scene::Scene::descriptor()->file();
-    if (sentence.starts_with("Message type")) {
-      const Descriptor* message = file.pool()->FindMessageTypeByName(quoted(sentence, 0));
-      const std::string field = quoted(sentence, 1);
-      if (message != nullptr)
-        return "there is no field '" + field + "' in " + message->name() + did_you_mean_field(field, *message);
-    }
+    const std::string first = quoted(sentence, 0), second = quoted(sentence, 1);
+    if (sentence.starts_with("Message type"))
+      if (const Descriptor* message = file.pool()->FindMessageTypeByName(first))
+        return {"there is no field '" + second + "' in " + message->name() + did_you_mean_field(second, *message),
+                second};
     if (sentence.starts_with("Unknown enumeration value"))
       for (int i = 0; i < file.message_type_count(); ++i) {
-        const auto* field = file.message_type(i)->FindFieldByName(quoted(sentence, 1));
+        const auto* field = file.message_type(i)->FindFieldByName(second);
         if (field != nullptr && field->enum_type() != nullptr)
-          return field->name() + " cannot be '" + quoted(sentence, 0) + "'; give " + allowed_text(*field);
+          return {field->name() + " cannot be '" + first + "'; give " + allowed_text(*field), first};
       }
-    if (sentence.starts_with("Non-repeated field")) return quoted(sentence, 0) + " is given twice";
-    return sentence;
+    if (sentence.starts_with("Non-repeated field")) return {first + " is given twice", first};
+    if (sentence.ends_with(", got: ")) return {sentence + "the end", ""};
+    return {sentence, ""};
   }
 
   Mistakes& mistakes_;
   std::string place_;
-  bool with_line_;
+  std::optional<Rows> rows_;
 };
 
 TextFormat::Parser strict_parser(ParserMessages& messages) {
@@ -155,7 +211,7 @@ const char* why_not_text(const std::string& bytes) {
     const auto point = Utf8::decode(next, bytes.end());
     if (!boost::nowide::utf::is_valid_codepoint(point)) return "is not UTF-8 text";
     if ((point < 0x20 && point != '\n' && point != '\r' && point != '\t') || point == 0x7f)
-      return "is not a text file: it holds control characters";
+      return "is not text: it holds control characters";
   }
   return nullptr;
 }
@@ -169,8 +225,6 @@ std::string read_text(const std::string& path) {
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad()) throw ConfigError(path + ": cannot be read: " + std::strerror(errno));
   text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > kMaxBytes) throw ConfigError(path + ": is larger than 1 MiB, so it is not a scene file");
-  if (const char* why = why_not_text(text)) throw ConfigError(path + ": " + why);
   return text;
 }
 
@@ -219,7 +273,6 @@ class Override {
   void apply(const std::string& set, Message& scene) {
     const auto equals = set.find('=');
     if (equals == std::string::npos || equals == 0) return complain("must be field.path=value");
-    if (why_not_text(set) != nullptr) return complain("is not UTF-8 text");
     descend(scene, set.substr(0, equals), set.substr(equals + 1), "");
   }
 
@@ -259,7 +312,7 @@ class Override {
   void assign(Message& message, const FieldDescriptor& field, int index, const std::string& value,
               const std::string& here) {
     const std::unique_ptr<Message> fresh(message.New());
-    ParserMessages messages(mistakes_, place_, false);
+    ParserMessages messages(mistakes_, place_, {});
     if (!strict_parser(messages).ParseFromString(field.name() + ": " + value, fresh.get())) return;
     const auto& reflection = *message.GetReflection();
     std::vector<const FieldDescriptor*> given;
@@ -301,24 +354,33 @@ std::vector<std::string> known_scenes() {
 
 LoadedScene load_scene(const std::string& name_or_path, std::span<const std::string> sets,
                        std::optional<std::uint64_t> seed) {
-  LoadedScene loaded;
-  loaded.path = find_scene(name_or_path);
-  loaded.name = std::filesystem::path(loaded.path).stem().string();
-  const std::string text = read_text(loaded.path);
+  const std::string path = find_scene(name_or_path);
+  return load_scene_text(read_text(path), path, sets, seed);
+}
 
+LoadedScene load_scene_text(const std::string& text, const std::string& path, std::span<const std::string> sets,
+                            std::optional<std::uint64_t> seed) {
+  if (text.size() > kMaxBytes) throw ConfigError(path + ": is larger than 1 MiB, so it is not a scene file");
+  if (const char* why = why_not_text(text)) throw ConfigError(path + ": " + why);
+  LoadedScene loaded{{}, std::filesystem::path(path).stem().string(), path};
   Mistakes mistakes;
-  Places places(loaded.path);
   TextFormat::ParseInfoTree tree;
-  ParserMessages messages(mistakes, loaded.path, true);
+  ParserMessages messages(mistakes, path, Rows(text));
   TextFormat::Parser parser = strict_parser(messages);
   parser.WriteLocationsTo(&tree);
   if (!parser.ParseFromString(text, &loaded.scene)) {
     mistakes.throw_if_any();
-    throw ConfigError(loaded.path + ": cannot be read as a scene");
+    throw ConfigError(path + ": cannot be read as a scene");
   }
-  places.add_tree(loaded.scene, tree);
 
-  for (const std::string& set : sets) Override("--set " + set, mistakes, places).apply(set, loaded.scene);
+  Places places(path);
+  places.add_tree(loaded.scene, tree);
+  for (const std::string& set : sets) {
+    if (const char* why = why_not_text(set))
+      mistakes.add("--set", std::string("the argument ") + why);
+    else
+      Override("--set " + set, mistakes, places).apply(set, loaded.scene);
+  }
   if (seed) {
     loaded.scene.set_seed(*seed);
     places.overwrite("seed", "--seed " + std::to_string(*seed));

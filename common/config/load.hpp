@@ -32,6 +32,10 @@ class ConfigError : public std::runtime_error {
 LoadedScene load_scene(const std::string& name_or_path, std::span<const std::string> sets = {},
                        std::optional<std::uint64_t> seed = {});
 
+// The same from a text that is already in memory, such as the scene kept in a recording; path only names it.
+LoadedScene load_scene_text(const std::string& text, const std::string& path, std::span<const std::string> sets = {},
+                            std::optional<std::uint64_t> seed = {});
+
 // Names of the scenes in the scene directory, sorted.
 std::vector<std::string> known_scenes();
 

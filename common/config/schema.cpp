@@ -106,8 +106,15 @@ bool may_stay_absent(const FieldDescriptor& field) { return field_info(field).de
 
 std::string shortest(double number) {
   char text[32];
-  const auto end = std::to_chars(std::begin(text), std::end(text), number).ptr;
-  return {text, end};
+  const char* end = std::to_chars(std::begin(text), std::end(text), number).ptr;
+  std::string digits(std::begin(text), static_cast<std::size_t>(end - text));
+  // 1e+06 is 1e6 to a reader, and as good to the parser.
+  if (const auto e = digits.find('e'); e != std::string::npos) {
+    if (digits[e + 1] == '+') digits.erase(e + 1, 1);
+    const auto exponent = digits.find_first_of("0123456789", e);
+    if (digits[exponent] == '0') digits.erase(exponent, 1);
+  }
+  return digits;
 }
 
 std::string allowed_text(const FieldDescriptor& field) {
@@ -120,7 +127,7 @@ std::string allowed_text(const FieldDescriptor& field) {
   if (field.cpp_type() == FieldDescriptor::CPPTYPE_BOOL) return "true or false";
   if (!info.has_min()) return "";
   const std::string unit = info.has_unit() && info.unit() != "1" ? " " + info.unit() : "";
-  const std::string kind = type_text(field) == "integer" ? "a whole number " : "";
+  const std::string kind = type_text(field) == "integer" ? "a whole number " : "a value ";
   return kind + (info.above_min() ? "above " : "from ") + shortest(info.min()) +
          (info.above_min() ? ", up to " : " to ") + shortest(info.max()) + unit;
 }

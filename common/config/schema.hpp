@@ -18,7 +18,7 @@ const scene::FieldInfo& field_info(const google::protobuf::FieldDescriptor& fiel
 // A field that stays absent unless it is given, such as the patient's hand.
 bool may_stay_absent(const google::protobuf::FieldDescriptor& field);
 
-// "from 0 to 1e+06 N m/rad", "one of LIGHT, NORMAL, FIRM, CUSTOM".
+// "a value from 0 to 1e6 N m/rad", "one of LIGHT, NORMAL, FIRM, CUSTOM".
 std::string allowed_text(const google::protobuf::FieldDescriptor& field);
 
 // ", did you mean 'X'?" with the candidate that is closest in spelling, or nothing if none is close.
