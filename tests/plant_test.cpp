@@ -1,15 +1,633 @@
+// The simulated world against closed forms, against its own energy, and for the signs that everything else relies on.
 #include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <random>
+#include <utility>
+#include <vector>
 
 #include "common/plant/direct_slave_world.hpp"
 #include "common/plant/master_world.hpp"
 #include "common/plant/series_elastic_world.hpp"
+
 namespace farhand {
-TEST(World, Compiles) {
-  MasterWorld m({});
-  m.advance(0, 0, 1e-3);
-  DirectSlaveWorld d({});
-  d.advance(0, 0, 1e-3);
-  SeriesElasticWorld s({});
-  s.advance(0, 0, 1e-3);
+namespace {
+
+static_assert(Plant<MasterWorld> && Plant<DirectSlaveWorld> && Plant<SeriesElasticWorld>);
+static_assert(noexcept(std::declval<MasterWorld&>().advance(0, 0,
+                                                            0)) && noexcept(std::declval<MasterWorld&>().true_f()));
+static_assert(noexcept(std::declval<DirectSlaveWorld&>().advance(0, 0, 0)));
+static_assert(noexcept(std::declval<SeriesElasticWorld&>().advance(0, 0, 0)));
+
+constexpr double kPi = std::numbers::pi;
+
+// A rotor far from its stops, without friction, with an ideal encoder.
+MotorAxis::Params free_motor() {
+  MotorAxis::Params p;
+  p.viscous = 0;
+  p.encoder_counts_per_rev = 0;
+  p.stop_min = -7;
+  p.stop_max = 7;
+  return p;
 }
+
+DirectSlaveWorld direct(const MotorAxis::Params& motor, const Environment::Params& environment = {}, double start = 0,
+                        double step = 50e-6) {
+  return DirectSlaveWorld({.motor = motor, .environment = environment, .start = start, .step = step});
+}
+
+// World whose state also counts, by the same integrator, what came in and what was lost.
+template <class World>
+struct Metered {
+  static constexpr std::size_t S = std::tuple_size_v<typename World::State>;
+  using State = std::array<double, S + 2>;
+  World world;
+  typename World::State own(const State& s) const noexcept {
+    typename World::State x;
+    for (std::size_t i = 0; i < S; ++i) x[i] = s[i];
+    return x;
+  }
+  State derivative(double t, const State& s) const noexcept {
+    const auto dx = world.derivative(t, own(s));
+    const PowerFlow flow = world.power(t, own(s));
+    State ds;
+    for (std::size_t i = 0; i < S; ++i) ds[i] = dx[i];
+    ds[S] = flow.supplied;
+    ds[S + 1] = flow.dissipated;
+    return ds;
+  }
+};
+
+struct Balance {
+  double supplied = 0, dissipated = 0, stored = 0;  // J; stored is the gain
+  double least_loss = 0;                            // the smallest loss over one tick
+  double gap() const { return std::fabs(supplied - dissipated - stored); }
+};
+
+// Runs input(t), held over ticks of 1 ms, and balances the energy.
+template <class World, class Input>
+Balance balance(World world, Input input, double seconds, double step) {
+  Metered<World> metered{world};
+  typename Metered<World>::State s{};
+  for (std::size_t i = 0; i < Metered<World>::S; ++i) s[i] = world.state()[i];
+  const double before = world.stored_energy(0.0, world.state());
+  Balance b;
+  b.least_loss = 1e9;
+  double t = 0;
+  for (int k = 0; k * 1e-3 < seconds - 1e-9; ++k) {
+    t = (k + 1) * 1e-3;
+    metered.world.advance(input(k * 1e-3), k * 1e-3, k * 1e-3);  // no time passes: sets the input
+    const double lost = s.back();
+    rk4_advance(metered, s, k * 1e-3, t, step);
+    b.least_loss = std::fmin(b.least_loss, s.back() - lost);
+  }
+  b.supplied = s[Metered<World>::S];
+  b.dissipated = s[Metered<World>::S + 1];
+  b.stored = world.stored_energy(t, metered.own(s)) - before;
+  return b;
+}
+
+TEST(DirectSlave, FallsFreelyUnderConstantTorque) {
+  for (const double tau : {0.01, -0.01}) {
+    DirectSlaveWorld world = direct(free_motor());
+    world.advance(tau, 0.0, 1.0);
+    EXPECT_NEAR(world.true_x(), tau / (2 * 0.004), 1e-12);
+    EXPECT_NEAR(world.true_v(), tau / 0.004, 1e-12);
+    EXPECT_EQ(world.true_f(), 0.0);
+  }
+}
+
+TEST(DirectSlave, ViscousFrictionEndsInTheKnownSpeed) {
+  MotorAxis::Params motor = free_motor();
+  motor.viscous = 0.02;
+  DirectSlaveWorld world = direct(motor);
+  world.advance(0.01, 0.0, 0.5);
+  EXPECT_NEAR(world.true_v(), 0.5 * (1.0 - std::exp(-0.02 / 0.004 * 0.5)), 1e-12);
+}
+
+// Period of a pendulum of any amplitude by the arithmetic-geometric mean; hanging is pi from the upright.
+TEST(DirectSlave, SwingsAsAPendulumOfLargeAmplitude) {
+  MotorAxis::Params motor = free_motor();
+  motor.gravity = 0.3;
+  motor.gravity_angle = kPi;
+  const double start = 2.0;
+  double a = 1.0, g = std::cos(start / 2.0);
+  for (int i = 0; i < 8; ++i) {
+    const double mean = 0.5 * (a + g);
+    g = std::sqrt(a * g);
+    a = mean;
+  }
+  const double period = 2.0 * kPi * std::sqrt(motor.J / motor.gravity) / a;
+  DirectSlaveWorld world = direct(motor, {}, start);
+  world.advance(0.0, 0.0, period / 4.0);
+  EXPECT_NEAR(world.true_x(), 0.0, 1e-9);
+  world.advance(0.0, period / 4.0, period);
+  EXPECT_NEAR(world.true_x(), start, 1e-9);
+  EXPECT_NEAR(world.true_v(), 0.0, 1e-8);
+}
+
+TEST(DirectSlave, WeightPullsAwayFromTheUpright) {
+  for (const double side : {1.0, -1.0}) {
+    MotorAxis::Params motor = free_motor();
+    motor.gravity = 0.3;
+    motor.gravity_angle = side * 0.2;
+    DirectSlaveWorld falls = direct(motor), held = direct(motor);
+    falls.advance(0.0, 0.0, 1e-3);
+    EXPECT_GT(side * falls.true_v(), 0.0);
+    held.advance(-motor.gravity * std::sin(motor.gravity_angle), 0.0, 1e-3);
+    EXPECT_NEAR(held.true_v(), 0.0, 1e-15);
+  }
+}
+
+TEST(DirectSlave, AHandMakesADampedOscillator) {
+  const Hand::Params hand{.stiffness = 5, .damping = 0.02, .rest = 0.05};
+  DirectSlaveWorld world = direct(free_motor(), {.hand = hand}, 0.25);
+  const double J = 0.004, decay = hand.damping / (2 * J), w = std::sqrt(hand.stiffness / J - decay * decay);
+  for (int k = 0; k < 500; ++k) {
+    world.advance(0.0, k * 1e-3, (k + 1) * 1e-3);
+    const double t = (k + 1) * 1e-3;
+    const double x = 0.05 + 0.2 * std::exp(-decay * t) * (std::cos(w * t) + decay / w * std::sin(w * t));
+    ASSERT_NEAR(world.true_x(), x, 1e-9) << t;
+  }
+}
+
+TEST(Hand, IsThereOnlyInItsTime) {
+  const Hand hand({.stiffness = 2, .damping = 0.02, .rest = 0.1, .from = 1, .until = 2});
+  EXPECT_EQ(hand.reaction(0.999, 0.3, 1.0), 0.0);
+  EXPECT_NEAR(hand.reaction(1.0, 0.3, 1.0), 0.42, 1e-15);
+  EXPECT_NEAR(hand.reaction(1.5, -0.1, -1.0), -0.42, 1e-15);
+  EXPECT_EQ(hand.reaction(2.0, 0.3, 1.0), 0.0);
+}
+
+// The axis rests at a deflection; the hand that comes in there gives it exactly its own spring energy.
+TEST(Hand, PutInAtADeflectionItPushesAtOnce) {
+  const Hand::Params hand{.stiffness = 2, .damping = 0, .rest = 0.2, .from = 0.5};
+  DirectSlaveWorld world = direct(free_motor(), {.hand = hand});
+  world.advance(0.0, 0.0, 0.5);
+  EXPECT_NEAR(world.true_x(), 0.0, 1e-6);
+  EXPECT_NEAR(world.true_f(), -0.4, 1e-5);
+  const double w = std::sqrt(2 / 0.004);
+  world.advance(0.0, 0.5, 0.5 + kPi / w / 2);
+  // The first step may see the hand in its last stage: a sixth of a step too early, 1/6 h tau/J of velocity.
+  EXPECT_NEAR(world.true_v(), 0.2 * w, 50e-6 / 6 * 0.4 / 0.004);
+}
+
+TEST(Wall, NeverPullsAndResistsOnItsSideOnly) {
+  std::mt19937_64 random(7);
+  const auto uniform = [&](double a) { return a * (2.0 * static_cast<double>(random() >> 11) * 0x1p-53 - 1.0); };
+  for (int i = 0; i < 20000; ++i) {
+    const Wall::Params p{.stiffness = 1e4, .damping = std::fabs(uniform(2)), .at = uniform(0.3)};
+    const Wall wall(p);
+    const double x = uniform(0.5), v = uniform(5), side = p.at < 0 ? -1.0 : 1.0;
+    const double f = wall.reaction(x, v);
+    ASSERT_GE(side * f, 0.0);
+    if (side * (x - p.at) <= 0) {
+      ASSERT_EQ(f, 0.0);
+    }
+    if (side * (x - p.at) > 0 && side * v > 0) {
+      ASSERT_NEAR(f, p.stiffness * (x - p.at) + p.damping * v, 1e-9);
+    }
+    ASSERT_GE(wall.dissipated_power(x, v), -1e-9);
+  }
+}
+
+TEST(Wall, BalancesASteadyPressInBothDirections) {
+  for (const double side : {1.0, -1.0}) {
+    DirectSlaveWorld world = direct({}, {.wall = Wall::Params{.at = side * 0.1}});
+    world.advance(side * 0.5, 0.0, 2.0);
+    EXPECT_NEAR(world.true_f(), side * 0.5, 1e-9);
+    EXPECT_NEAR(world.true_x(), side * (0.1 + 0.5 / 1000), 1e-9);
+  }
+}
+
+// A coasting rotor hits the wall with speed v and leaves it when the torque would pull. In contact it is a damped
+// oscillator, so with d = b / 2J and w^2 = k / J - d^2 it leaves at tan(w t) = -b w / (k - b d) with v exp(-d t) (cos(w
+// t) - d / w sin(w t)). The torque jumps by b v on touching, somewhere within a step: that alone can mis-state the
+// speed by h b / J, 1.6 % at 50 us.
+TEST(Wall, ThrowsBackAsItsClosedFormSays) {
+  const double k = 1e4, b = 1.26, J = 0.004, d = b / (2 * J), w = std::sqrt(k / J - d * d);
+  const double t = (kPi - std::atan(b * w / (k - b * d))) / w;
+  const double kept = std::exp(-d * t) * (std::cos(w * t) - d / w * std::sin(w * t));  // negative
+  for (const double side : {1.0, -1.0}) {
+    for (const double step : {50e-6, 5e-6}) {
+      double worst = 0;
+      for (int i = 0; i < 20; ++i) {  // the instant of touching moves through the step
+        DirectSlaveWorld world =
+            direct(free_motor(), {.wall = Wall::Params{.stiffness = k, .damping = b, .at = side * 0.1}}, 0, step);
+        const double tau = side * (0.2 + 1e-3 * i), v = tau / J * 0.05;
+        world.advance(tau, 0.0, 0.05);
+        world.advance(0.0, 0.05, 0.08);
+        worst = std::fmax(worst, std::fabs(world.true_v() / v - kept));
+      }
+      std::printf("impact at step %.0f us: keeps %.4f of its speed, error at most %.1e\n", 1e6 * step, -kept, worst);
+      EXPECT_LT(worst, step * b / J);
+    }
+  }
+}
+
+// Pressed on by a constant torque it bounces and comes to rest. The height of a rebound goes with the square of its
+// speed, so 1.6 % of speed are at most 3.2 % of the 0.1 rad that it fell.
+TEST(Wall, BouncesAtFiftyMicrosecondsAgreeWithFive) {
+  const Environment::Params stiff{.wall = Wall::Params{.stiffness = 1e4, .damping = 1.26, .at = 0.1}};
+  for (const double tau : {0.05, 0.2, 1.0}) {
+    DirectSlaveWorld coarse = direct({}, stiff), fine = direct({}, stiff, 0, 5e-6);
+    double peak_x = 0, peak_f = 0, worst_x = 0;
+    for (int k = 0; k < 3000; ++k) {
+      coarse.advance(tau, k * 1e-3, (k + 1) * 1e-3);
+      fine.advance(tau, k * 1e-3, (k + 1) * 1e-3);
+      ASSERT_TRUE(std::isfinite(coarse.true_x()) && std::isfinite(coarse.true_v()) && std::isfinite(coarse.true_f()));
+      peak_x = std::fmax(peak_x, coarse.true_x());
+      peak_f = std::fmax(peak_f, coarse.true_f());
+      worst_x = std::fmax(worst_x, std::fabs(coarse.true_x() - fine.true_x()));
+    }
+    std::printf("bounces under %.2f N m: deepest %.3f mrad, hardest %.2f N m, 50 us against 5 us %.2e rad\n", tau,
+                1e3 * (peak_x - 0.1), peak_f, worst_x);
+    EXPECT_LT(worst_x, 3.2e-3);
+    EXPECT_NEAR(coarse.true_f(), tau, 1e-6);
+    EXPECT_NEAR(coarse.true_x(), fine.true_x(), 1e-9);
+  }
+}
+
+TEST(Wall, OfAMillionIsStillResolvedByTheDefaultStep) {
+  DirectSlaveWorld world = direct({}, {.wall = Wall::Params{.stiffness = 1e6, .damping = 12.6, .at = 0.1}});
+  double last = 0;
+  for (int k = 0; k < 2000; ++k) {
+    world.advance(0.5, k * 1e-3, (k + 1) * 1e-3);
+    ASSERT_TRUE(std::isfinite(world.true_v()));
+    ASSERT_LT(world.true_x(), 0.102);
+    last = world.true_f();
+  }
+  EXPECT_NEAR(last, 0.5, 1e-6);
+}
+
+TEST(World, RefusesAStepThatItsStiffestContactCannotSurvive) {
+  EXPECT_THROW(direct({}, {.wall = Wall::Params{.stiffness = 1e9, .damping = 0.4, .at = 0.1}}), std::invalid_argument);
+  EXPECT_THROW(direct({}, {}, 0, 0.0), std::invalid_argument);
+  EXPECT_THROW(direct({}, {}, 0, std::nan("")), std::invalid_argument);
+  EXPECT_THROW(MasterWorld({.motor = {}, .therapist = {}, .start = 0, .step = 0.01}), std::invalid_argument);
+  SeriesElasticWorld::Params grains;
+  grains.actuator.tendon.F_c = 1e-5;
+  EXPECT_THROW(SeriesElasticWorld{grains}, std::invalid_argument);
+}
+
+TEST(Stops, HoldThreeNewtonMetresWithinAMilliradianAndNoPersonFeelsThem) {
+  for (const double side : {1.0, -1.0}) {
+    DirectSlaveWorld world = direct({});
+    double deepest = 0;
+    for (int k = 0; k < 1000; ++k) {
+      world.advance(side * 3.0, k * 1e-3, (k + 1) * 1e-3);
+      deepest = std::fmax(deepest, side * world.true_x() - 0.349);
+    }
+    EXPECT_NEAR(side * world.true_x() - 0.349, 1e-3, 1e-6);
+    // Hit at full torque over the whole range: v = sqrt(2 tau x / J) = 22.9 rad/s, v sqrt(J/k) = 26 mrad without
+    // damping.
+    EXPECT_LT(deepest, 0.0265);
+    EXPECT_EQ(world.true_f(), 0.0);
+  }
+}
+
+TEST(Encoder, ErrsByHalfACountAtMostAndHasNoBias) {
+  for (const double counts : {20000.0, 80000.0, 100.0}) {
+    const double count = 2 * kPi / counts;
+    double sum = 0;
+    for (int i = -20000; i <= 20000; ++i) {
+      const double x = i * 1.7e-5 + 1e-7, q = quantised(x, counts);
+      ASSERT_LE(std::fabs(q - x), 0.5 * count * (1 + 1e-9));
+      ASSERT_NEAR(q / count, std::round(q / count), 1e-9);
+      ASSERT_EQ(quantised(q, counts), q);
+      sum += q - x;
+    }
+    EXPECT_LT(std::fabs(sum / 40001), 0.02 * count + 2e-7);
+  }
+  EXPECT_EQ(quantised(0.123456789, 0.0), 0.123456789);
+}
+
+TEST(IntendedMotion, FollowsItsClosedForms) {
+  const IntendedMotion motion({Movement::hold(1), Movement::ramp(0.3, 2), Movement::sine(0.1, 0.5, 4),
+                               Movement::ramp(-0.2, 1), Movement::sine(0.1, 0.25, 1)});
+  EXPECT_EQ(motion.at(-1).x, 0.0);
+  EXPECT_EQ(motion.at(0.7).x, 0.0);
+  EXPECT_NEAR(motion.at(2.0).x, 0.15, 1e-15);
+  EXPECT_NEAR(motion.at(2.0).v, 1.875 * 0.3 / 2, 1e-15);  // peak of a minimum-jerk ramp
+  EXPECT_NEAR(motion.at(2.0).a, 0.0, 1e-12);
+  EXPECT_NEAR(motion.at(3.5).x, 0.4, 1e-15);
+  EXPECT_NEAR(motion.at(3.5).v, 0.0, 1e-15);
+  EXPECT_NEAR(motion.at(3.5).a, -0.1 * kPi * kPi, 1e-14);
+  EXPECT_NEAR(motion.at(7.5).x, 0.05, 1e-14);
+  EXPECT_DOUBLE_EQ(motion.end(), 9.0);
+  for (const double t : {9.0, 9.5, 1e9}) {  // a quarter of a period: held where it ended
+    EXPECT_NEAR(motion.at(t).x, -0.1, 1e-14);
+    EXPECT_EQ(motion.at(t).v, 0.0);
+    EXPECT_EQ(motion.at(t).a, 0.0);
+  }
+  EXPECT_EQ(IntendedMotion({}, 0.2).at(5).x, 0.2);
+}
+
+TEST(IntendedMotion, VelocityAndAccelerationAreTheDerivativesOfPosition) {
+  const IntendedMotion motion({Movement::ramp(0.3, 1), Movement::ramp(-0.1, 0.7), Movement::sine(0.25, 0.5, 6)}, 0.05);
+  const double h = 1e-4;
+  for (double t = 0.01; t < 7.6; t += 0.00731) {
+    if (std::fabs(t - 1) < 2 * h || std::fabs(t - 1.7) < 2 * h) continue;
+    // Central differences: h^2/6 times the third and fourth derivative, at most 60 d/T^3 = 70 and 360 d/T^4 = 600.
+    EXPECT_NEAR((motion.at(t + h).x - motion.at(t - h).x) / (2 * h), motion.at(t).v, 70 * h * h / 6 + 1e-11);
+    EXPECT_NEAR((motion.at(t + h).v - motion.at(t - h).v) / (2 * h), motion.at(t).a, 600 * h * h / 6 + 1e-11);
+  }
+}
+
+TEST(IntendedMotion, IsContinuousInPositionAndBetweenRampsInVelocityAndAcceleration) {
+  const IntendedMotion motion({Movement::ramp(0.3, 1), Movement::hold(1), Movement::ramp(-0.2, 2), Movement::ramp(0, 1),
+                               Movement::sine(0.2, 1, 1.3)});
+  const double e = 1e-9;
+  for (const double edge : {0.0, 1.0, 2.0, 4.0, 5.0, 6.3}) {
+    EXPECT_NEAR(motion.at(edge - e).x, motion.at(edge + e).x, 3e-9) << edge;
+    if (edge < 4.5) {
+      EXPECT_NEAR(motion.at(edge - e).v, 0.0, 1e-12) << edge;
+      EXPECT_NEAR(motion.at(edge + e).v, 0.0, 1e-12) << edge;
+      EXPECT_NEAR(motion.at(edge - e).a, 0.0, 1e-7) << edge;
+      EXPECT_NEAR(motion.at(edge + e).a, 0.0, 1e-7) << edge;
+    }
+  }
+  EXPECT_NEAR(motion.at(5.0 + e).v, 0.2 * 2 * kPi, 1e-6);  // the sine takes up its velocity at once
+}
+
+// K_h against a device that is locked, by a wall far stiffer than any grip or simply by standing still: the person
+// feels it whole.
+TEST(Master, TrueForceIsMinusTheTherapistsPushInBothDirections) {
+  for (const double side : {1.0, -1.0}) {
+    MasterWorld::Params p;
+    p.therapist.intended = {Movement::ramp(side * 0.3, 1)};
+    MasterWorld world(p);
+    for (int k = 0; k < 3000; ++k) {  // a stiff controller holds the device at 0
+      const double tau = std::fmax(-3.0, std::fmin(3.0, -400 * world.true_x() - 1.0 * world.true_v()));
+      world.advance(tau, k * 1e-3, (k + 1) * 1e-3);
+    }
+    const double x = world.true_x();
+    EXPECT_NEAR(x, side * 3 * 0.3 / 403, 1e-6);
+    EXPECT_NEAR(world.true_f(), -3 * (side * 0.3 - x), 1e-6);
+    EXPECT_LT(side * world.true_f(), 0.0);
+    EXPECT_NEAR(world.intended_x(), side * 0.3, 1e-15);
+  }
+}
+
+// Third way: the equation of the device alone, J a = tau - resistance - f, with a from differences of the velocity.
+TEST(Master, TrueForceIsWhatTheDevicesOwnEquationLeaves) {
+  MasterWorld::Params p;
+  p.therapist.intended = {Movement::sine(0.25, 2, 10)};
+  p.motor = free_motor();
+  p.motor.viscous = 0.002;
+  p.motor.gravity = 0.2;
+  p.motor.gravity_angle = 0.3;
+  MasterWorld world(p);
+  const double h = 1e-4;
+  double v0 = 0, f1 = 0, v1 = 0, x1 = 0, tau1 = 0, largest = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const double tau = 0.3 * std::sin(5e-4 * k);
+    world.advance(tau, k * h, (k + 1) * h);
+    if (k > 1) {
+      const double a = (world.true_v() - v0) / (2 * h);
+      const double weight = p.motor.gravity * std::sin(x1 + p.motor.gravity_angle);
+      const double f = 0.5 * (tau1 + tau) - p.motor.viscous * v1 + weight - p.motor.J * a;
+      // f1 was read under tau1, a sees half of the next torque as well.
+      const double half_step = 0.5 * (tau - tau1) * p.therapist.J_h / (p.motor.J + p.therapist.J_h);
+      ASSERT_NEAR(f, f1 + half_step, 2e-5);
+      largest = std::fmax(largest, std::fabs(f));
+    }
+    v0 = v1, v1 = world.true_v(), x1 = world.true_x(), f1 = world.true_f(), tau1 = tau;
+  }
+  EXPECT_GT(largest, 0.3);
+}
+
+TEST(Master, AFreelyHeldDeviceGoesWhereTheTherapistWants) {
+  for (const Grip grip : {kLightGrip, kNormalGrip, kFirmGrip}) {
+    MasterWorld::Params p;
+    p.therapist.K_h = grip.K_h;
+    p.therapist.B_h = grip.B_h;
+    p.therapist.intended = {Movement::ramp(0.3, 1)};
+    MasterWorld world(p);
+    world.advance(0.0, 0.0, 10.0);
+    EXPECT_NEAR(world.true_x(), 0.3, 1e-6) << grip.K_h;
+    EXPECT_NEAR(world.true_f(), 0.0, 1e-5);
+  }
+}
+
+TEST(Tendon, TendsToItsLevelAndTurnsRoundWithTwiceItsSlope) {
+  const TendonFriction tendon({.F_c = 0.05, .sigma = 20});
+  for (const double side : {1.0, -1.0}) {
+    EXPECT_NEAR(tendon.derivative(0.0, side * 0.3) / (side * 0.3), 20, 1e-12);
+    EXPECT_NEAR(tendon.derivative(-side * 0.05, side * 0.3) / (side * 0.3), 40, 1e-12);
+    EXPECT_NEAR(tendon.derivative(side * 0.05, side * 0.3), 0.0, 1e-12);
+  }
+}
+
+// Of rate, only distance matters: from F = 0 the torque is F_c (1 - exp(-sigma x / F_c)), at any speed.
+struct TendonAlone {
+  using State = std::array<double, 3>;  // F, work, dissipated
+  TendonFriction tendon;
+  double amplitude, w;
+  State derivative(double t, const State& s) const noexcept {
+    const double v = amplitude * w * std::cos(w * t);
+    return {tendon.derivative(s[0], v), s[0] * v, tendon.dissipated_power(s[0], v)};
+  }
+};
+
+TEST(Tendon, FollowsItsClosedFormWhateverTheSpeed) {
+  for (const double w : {0.5, 3.0, 20.0}) {
+    const TendonAlone plant{TendonFriction({.F_c = 0.05, .sigma = 20}), 0.02, w};
+    TendonAlone::State s{};
+    rk4_advance(plant, s, 0.0, kPi / 2 / w, 50e-6);
+    EXPECT_NEAR(s[0], 0.05 * (1 - std::exp(-20 * 0.02 / 0.05)), 1e-9);
+  }
+}
+
+TEST(Tendon, OverACycleItsWorkIsItsLoss) {
+  const double F_c = 0.05, A = 0.2, w = 3.0, T = 2 * kPi / w;
+  const TendonAlone plant{TendonFriction({.F_c = F_c, .sigma = 20}), A, w};
+  TendonAlone::State s{};
+  rk4_advance(plant, s, 0.0, T, 50e-6);
+  const TendonAlone::State before = s;
+  double largest = 0;
+  for (int k = 0; k < 1000; ++k) {
+    rk4_advance(plant, s, T + T * k / 1000, T + T * (k + 1) / 1000, 50e-6);
+    largest = std::fmax(largest, std::fabs(s[0]));
+  }
+  EXPECT_NEAR(s[1] - before[1], s[2] - before[2], 1e-9);
+  EXPECT_NEAR(largest, F_c, 1e-6);
+  // Each stroke of 2 A from -F_c: integral of F_c (1 - 2 exp(-sigma x / F_c)) = F_c (2 A - 2 F_c / sigma).
+  EXPECT_NEAR(s[1] - before[1], 2 * F_c * (2 * A - 2 * F_c / 20), 1e-8);
+}
+
+SeriesElasticWorld::Params orthosis(double tendon = 0) {
+  SeriesElasticWorld::Params p;
+  p.actuator.tendon.F_c = tendon;
+  p.actuator.joint_counts_per_rev = p.actuator.motor_counts_per_rev = 0;
+  return p;
+}
+
+TEST(SeriesElastic, TheMotorFollowsItsFirstOrderLoopUpToItsSpeedLimit) {
+  const double g = 2 * kPi * 30;
+  for (const double u : {0.5, -0.5, 4.0, 9.0, -9.0}) {
+    SeriesElasticWorld world(orthosis());
+    const double reached = std::fmax(-4.0, std::fmin(4.0, u));
+    for (int k = 0; k < 100; ++k) {
+      world.advance(u, k * 5e-4, (k + 1) * 5e-4);
+      const double t = (k + 1) * 5e-4;
+      ASSERT_NEAR(world.true_motor_v(), reached * (1 - std::exp(-g * t)), 1e-9);
+      ASSERT_NEAR(world.true_motor_x(), reached * (t - (1 - std::exp(-g * t)) / g), 1e-9);
+      ASSERT_LE(std::fabs(world.true_motor_v()), 4.0);
+    }
+  }
+}
+
+TEST(SeriesElastic, TheSpringCarriesWhatTheHandHolds) {
+  for (const double side : {1.0, -1.0}) {
+    SeriesElasticWorld::Params p = orthosis();
+    p.environment.hand = Hand::Params{.stiffness = 2};
+    SeriesElasticWorld world(p);
+    world.advance(side * 0.3, 0.0, 1.0);
+    world.advance(0.0, 1.0, 6.0);
+    const double x_motor = world.true_motor_x();
+    EXPECT_NEAR(x_motor, side * 0.3, 1e-9);
+    EXPECT_NEAR(world.true_x(), x_motor * 10 / 12, 1e-6);
+    EXPECT_NEAR(world.true_f(), world.true_spring_torque(), 1e-5);
+    EXPECT_GT(side * world.true_f(), 0.0);
+  }
+}
+
+// Tendon friction stands between spring and hand: at rest the two differ by at most its level, and by all of it after a
+// long stroke.
+TEST(SeriesElastic, TendonFrictionIsTheDifferenceBetweenSpringAndHand) {
+  SeriesElasticWorld::Params p = orthosis(0.05);
+  p.environment.hand = Hand::Params{.stiffness = 2};
+  p.actuator.viscous = 0;
+  SeriesElasticWorld world(p);
+  double t = 0;
+  for (const double direction : {1.0, -1.0, 1.0}) {
+    for (int k = 0; k < 300; ++k, t += 1e-3) world.advance(direction * 0.5, t, t + 1e-3);
+    const double v = world.true_v();
+    const double carried = world.true_f() + world.true_tendon_torque();
+    EXPECT_NEAR(world.true_spring_torque(), carried, 0.03);  // the rest is J a
+    EXPECT_NEAR(world.true_tendon_torque(), direction * 0.05, 1e-4) << v;
+  }
+}
+
+TEST(SeriesElastic, WithoutTendonFrictionItsStateStaysZero) {
+  SeriesElasticWorld world(orthosis());
+  for (int k = 0; k < 500; ++k) {
+    world.advance(2 * std::sin(0.05 * k), k * 1e-3, (k + 1) * 1e-3);
+    ASSERT_EQ(world.true_tendon_torque(), 0.0);
+  }
+}
+
+TEST(SeriesElastic, StopsHoldTheJointAndTheEncodersReadBothSides) {
+  SeriesElasticWorld world({});
+  world.advance(1.0, 0.0, 0.8);
+  world.advance(0.0, 0.8, 3.0);
+  EXPECT_NEAR(world.true_motor_x(), 0.8, 1e-6);
+  EXPECT_NEAR(world.true_x() - 0.5236, 10 * (0.8 - 0.5236) / 3010, 1e-6);
+  EXPECT_EQ(world.true_f(), 0.0);
+  EXPECT_NEAR(world.encoder(), world.true_x(), kPi / 20000);
+  EXPECT_NEAR(world.motor_encoder(), world.true_motor_x(), kPi / 20000);
+}
+
+// d(stored) = supplied - dissipated. Smooth worlds: only the integrator's own error is left, and it falls with the
+// step.
+TEST(Energy, BalancesInSmoothWorlds) {
+  MasterWorld::Params master;
+  master.motor.gravity = 0.2;
+  master.motor.gravity_angle = 0.3;
+  master.therapist.intended = {Movement::ramp(0.2, 1), Movement::ramp(-0.2, 1)};
+  SeriesElasticWorld::Params orthosis_with_hand = orthosis();
+  orthosis_with_hand.environment.hand = Hand::Params{};
+  const auto torque = [](double t) { return 0.1 * std::sin(7 * t); };
+  const auto velocity = [](double t) { return std::sin(7 * t); };
+  const Balance m = balance(MasterWorld(master), torque, 3, 50e-6);
+  const Balance d = balance(direct({}, {.hand = Hand::Params{.stiffness = 5}}), torque, 3, 50e-6);
+  const Balance s = balance(SeriesElasticWorld(orthosis_with_hand), velocity, 3, 50e-6);
+  for (const Balance& b : {m, d, s}) {
+    std::printf("energy: supplied %.6f J, dissipated %.6f J, stored %.6f J, gap %.1e J\n", b.supplied, b.dissipated,
+                b.stored, b.gap());
+    EXPECT_GT(b.dissipated, 1e-4);
+    EXPECT_GE(b.least_loss, 0.0);
+    EXPECT_LT(b.gap(), 1e-9 * b.dissipated + 1e-13);
+  }
+}
+
+// With contacts and hysteresis the derivative jumps within steps: an error of first order in the step per event, and no
+// more.
+TEST(Energy, BalancesThroughImpactsStopsAndHysteresis) {
+  const Environment::Params both{.hand = Hand::Params{},
+                                 .wall = Wall::Params{.stiffness = 1e4, .damping = 1.26, .at = 0.1}};
+  MasterWorld::Params master;
+  master.therapist.intended = {Movement::ramp(0.6, 0.3), Movement::ramp(-0.6, 0.3)};
+  SeriesElasticWorld::Params rough = orthosis(0.05);
+  rough.environment = both;
+  const auto torque = [](double t) { return std::sin(9 * t); };
+  const auto velocity = [](double t) { return 3 * std::sin(4 * t); };
+  const auto report = [](const char* name, const Balance& coarse, const Balance& fine) {
+    std::printf("energy, %s: dissipated %.4f J, gap %.1e J at 50 us, %.1e J at 5 us\n", name, coarse.dissipated,
+                coarse.gap(), fine.gap());
+    EXPECT_GT(coarse.dissipated, 0.01);
+    EXPECT_GE(coarse.least_loss, -1e-12);
+    EXPECT_LT(coarse.gap(), 1e-3 * coarse.dissipated);
+    EXPECT_LT(fine.gap(), 1e-4 * fine.dissipated);
+  };
+  report("master", balance(MasterWorld(master), torque, 2, 50e-6), balance(MasterWorld(master), torque, 2, 5e-6));
+  report("direct", balance(direct({}, both), torque, 2, 50e-6), balance(direct({}, both), torque, 2, 5e-6));
+  report("series elastic", balance(SeriesElasticWorld(rough), velocity, 2, 50e-6),
+         balance(SeriesElasticWorld(rough), velocity, 2, 5e-6));
+}
+
+// Third way, from outside only: a motor that does work on an undamped hand must find it there again.
+TEST(Energy, WorkReadFromOutsideIsWhatTheHandHolds) {
+  MotorAxis::Params motor = free_motor();
+  DirectSlaveWorld world = direct(motor, {.hand = Hand::Params{.stiffness = 2, .damping = 0}});
+  double work = 0;
+  for (int k = 0; k < 4000; ++k) {
+    const double before = world.true_x(), tau = 0.2 * std::sin(0.004 * k);
+    world.advance(tau, k * 1e-3, (k + 1) * 1e-3);
+    work += tau * (world.true_x() - before);  // exact: the torque is held
+  }
+  const double held = 0.5 * 2 * world.true_x() * world.true_x() + 0.5 * 0.004 * world.true_v() * world.true_v();
+  EXPECT_NEAR(work, held, 1e-10);
+  EXPECT_GT(std::fabs(work), 1e-4);
+}
+
+TEST(World, AdvancesAlikeInWhateverPiecesTimeIsCut) {
+  SeriesElasticWorld::Params p = orthosis(0.05);
+  p.environment.hand = Hand::Params{};
+  MasterWorld::Params q;
+  q.therapist.intended = {Movement::ramp(0.2, 0.5), Movement::ramp(0, 0.5)};
+  SeriesElasticWorld whole(p), cut(p);
+  MasterWorld whole_m(q), cut_m(q);
+  std::mt19937_64 random(11);
+  for (int k = 0; k < 1000; ++k) {
+    const double t0 = k * 1e-3, t1 = (k + 1) * 1e-3, u = std::sin(0.01 * k);
+    whole.advance(u, t0, t1);
+    whole_m.advance(0.1 * u, t0, t1);
+    for (double t = t0; t < t1;) {
+      const double next = std::fmin(t1, t + 4e-4 * static_cast<double>(random() >> 11) * 0x1p-53);
+      cut.advance(u, t, next);
+      cut_m.advance(0.1 * u, t, next);
+      t = next;
+    }
+    ASSERT_NEAR(whole.true_x(), cut.true_x(), 1e-7);
+    ASSERT_NEAR(whole_m.true_x(), cut_m.true_x(), 1e-11);
+  }
+}
+
+TEST(World, TwoRunsAreEqualToTheLastBit) {
+  const auto run = [] {
+    SeriesElasticWorld::Params p = orthosis(0.05);
+    p.environment.wall = Wall::Params{};
+    SeriesElasticWorld world(p);
+    for (int k = 0; k < 1000; ++k) world.advance(std::sin(0.01 * k), k * 1e-3, (k + 1) * 1e-3);
+    return world.state();
+  };
+  EXPECT_EQ(run(), run());
+}
+
+}  // namespace
 }  // namespace farhand

@@ -12,8 +12,8 @@ namespace farhand {
 class DirectSlaveWorld {
  public:
   struct Params {
-    MotorAxis::Params motor;
-    Environment::Params environment;
+    MotorAxis::Params motor = {};
+    Environment::Params environment = {};
     double start = 0;     // rad
     double step = 50e-6;  // s
   };

@@ -11,8 +11,8 @@ namespace farhand {
 class Environment {
  public:
   struct Params {
-    std::optional<Hand::Params> hand;
-    std::optional<Wall::Params> wall;
+    std::optional<Hand::Params> hand = std::nullopt;
+    std::optional<Wall::Params> wall = std::nullopt;
   };
 
   explicit Environment(const Params& params) {

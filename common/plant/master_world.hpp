@@ -14,8 +14,8 @@ namespace farhand {
 class MasterWorld {
  public:
   struct Params {
-    MotorAxis::Params motor;
-    Therapist::Params therapist;
+    MotorAxis::Params motor = {};
+    Therapist::Params therapist = {};
     double start = 0;     // rad, of the device and of the intended motion
     double step = 50e-6;  // s
   };

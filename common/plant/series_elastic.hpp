@@ -23,7 +23,7 @@ class SeriesElastic {
     double spring = 10;
     double J = 0.004;  // joint with hand
     double viscous = 0.002;
-    TendonFriction::Params tendon;
+    TendonFriction::Params tendon = {};
     double motor_bandwidth_hz = 30;
     double motor_speed_limit = 4;
     double joint_counts_per_rev = 20000;  // 0: ideal

@@ -10,8 +10,8 @@ namespace farhand {
 class SeriesElasticWorld {
  public:
   struct Params {
-    SeriesElastic::Params actuator;
-    Environment::Params environment;
+    SeriesElastic::Params actuator = {};
+    Environment::Params environment = {};
     double start = 0;     // rad, of joint and motor: the spring is slack
     double step = 50e-6;  // s
   };

@@ -26,7 +26,7 @@ class Therapist {
     double K_h = kNormalGrip.K_h;
     double B_h = kNormalGrip.B_h;
     double J_h = 0.001;
-    std::vector<Movement> intended;
+    std::vector<Movement> intended = {};
   };
 
   explicit Therapist(const Params& params, double start = 0)
