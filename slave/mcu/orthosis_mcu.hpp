@@ -1,0 +1,142 @@
+// The orthosis MCU: closes position, force and spring-torque loops of the series-elastic hand orthosis at 2 kHz; the PC
+// sends references at 1 kHz and nothing that is closed across the serial line. Freestanding C++14, scaled integers, no
+// heap: one source for firmware and PC with the same bits in both.
+//
+//   tau_spring = k (x_motor - x)                                          the torque sensor
+//   tau_dis = LPF_g[tau_spring + J_n g v] - J_n g v                       (Daud 2011, B.8; the spring is the applied
+//   torque) f_s     = LPF_g[tau_spring - D v + J_n g v] - J_n g v                 (B.10) a_ref   = K_p (x_ref - x) +
+//   K_d (v_ref - v) - K_f (f_ref + f_s)       TRACK (5.11); J a = tau - f tau_ref = J_n a_ref + tau_dis, limited or
+//   f_ref in TORQUE, 0 in SAFE v_motor = v + gain (tau_ref - tau_spring), limited
+//
+// SAFE, where it starts, drives the spring torque to zero: the patient moves freely. 20 ms without a valid frame ramp
+// the torque to zero in 50 ms and end in SAFE; out of it lead only a SAFE frame and then three consecutive, consistent
+// frames of one active mode.
+#pragma once
+
+#include "common/device/mcu_frame.hpp"
+#include "slave/mcu/fixed_point.hpp"
+
+namespace farhand {
+namespace mcu {
+
+// Made from SI by make_mcu_params (slave/mcu/mcu_params.hpp), which checks that everything fits.
+struct EncoderUnit {
+  int32_t whole;        // angle units per count, integer part
+  uint16_t fraction;    // and 2^-16 parts
+  int32_t most_counts;  // beyond +-4 rad the reading is implausible
+  int32_t jump;         // largest plausible change in one loop, angle units
+};
+
+struct McuParams {
+  EncoderUnit joint, motor;
+  Gain spring;                       // k
+  Gain velocity_filter, per_second;  // a = g_v dt / (1 + g_v dt), a / dt
+  Gain observer_filter, inertia;     // g dt / (1 + g dt), J_n g
+  Gain viscous;                      // D
+  Gain K_p, K_d, K_f;                // times J_n
+  Gain spring_gain;
+  Gain per_loop;  // angle moved in one loop per velocity
+  Gain angle_telemetry, torque_telemetry;
+  int32_t torque_limit, torque_step;  // step: per loop
+  int32_t spring_fault;               // spring torque beyond this is a fault
+  int32_t motor_speed_limit;
+  int32_t x_step, v_step, f_step;  // how far one frame may move a reference
+  int32_t x_min, x_max;
+  uint16_t watchdog_loops, ramp_loops, loops_per_frame, overrun_limit;
+};
+
+struct McuInput {
+  int32_t joint_counts;
+  int32_t motor_counts;  // seen at the joint
+  int8_t temperature_c;
+  bool overrun;  // the loop before this one did not end in time
+};
+
+struct McuOutput {
+  int32_t motor_velocity;  // 2^-20 rad/s
+  State state;
+};
+
+// Bits of the fault page. All but the last are latched until the MCU is reset and keep it out of the active states.
+enum Fault : uint8_t {
+  kJointEncoder = 1,
+  kMotorEncoder = 2,
+  kSpringTorque = 4,
+  kOverrun = 8,
+  kWatchdog = 16,  // the last active state ended by silence; cleared by the next start
+};
+
+class OrthosisMcu {
+ public:
+  explicit OrthosisMcu(const McuParams& params);
+
+  // One byte from the serial line.
+  void receive(uint8_t byte);
+  // One loop.
+  McuOutput step(const McuInput& input);
+  // After step: true when this loop sends a frame (1 kHz).
+  bool telemetry(uint8_t wire[kWireBytes]);
+
+  // In units of fixed_point.hpp, for tests.
+  int32_t angle() const { return x_; }
+  int32_t velocity() const { return v_; }
+  int32_t spring_torque() const { return tau_spring_; }
+  int32_t disturbance_torque() const { return tau_dis_; }
+  int32_t reaction_torque() const { return f_s_; }
+  int32_t torque_command() const { return tau_command_; }
+  int32_t x_command() const { return x_command_; }
+  int32_t v_command() const { return v_command_; }
+  int32_t f_command() const { return f_command_; }
+  uint8_t faults() const { return faults_; }
+  const FrameDecoder& decoder() const { return decoder_; }
+
+ private:
+  enum class Phase : uint8_t { kSafe, kActive, kRampDown, kFault };
+
+  void take(const Command& command);
+  bool follows(const Command& previous, const Command& next) const;
+  void start(Mode mode);
+  void accept(const Command& command);
+  bool read(const EncoderUnit& unit, int32_t counts, int32_t& angle) const;
+  void sense(const McuInput& input);
+  void estimate();
+  void supervise();
+  void ramp_down();
+  int32_t wanted_torque() const;
+  void move_torque_command();
+  uint8_t slow_byte(SlowPage page);
+
+  McuParams p_;
+  FrameDecoder decoder_;
+
+  // Measured and estimated.
+  bool started_ = false;
+  int32_t x_ = 0, x_motor_ = 0, x_filtered_ = 0, v_ = 0;
+  int32_t tau_spring_ = 0, dob_ = 0, rtob_ = 0, tau_dis_ = 0, f_s_ = 0;
+  int8_t temperature_c_ = 0;
+  uint16_t overruns_in_a_row_ = 0;
+  uint8_t overruns_ = 0;
+
+  // From the PC, behind the rate gate.
+  int32_t x_command_ = 0, v_command_ = 0, f_command_ = 0;
+  uint16_t loops_since_frame_ = 0;
+
+  Phase phase_ = Phase::kSafe;
+  Mode mode_ = Mode::kSafe;  // while active or ramping down
+  State state_ = State::kSafe;
+  uint8_t faults_ = 0;
+  uint16_t silent_loops_ = 0;
+  Command previous_;
+  bool safe_seen_ = false;
+  uint8_t consistent_ = 0;
+
+  int32_t tau_command_ = 0, tau_allowed_ = 0, ramp_step_ = 0;
+  uint16_t ramp_left_ = 0;
+  int32_t motor_velocity_ = 0;
+
+  uint16_t loops_since_telemetry_ = 0;
+  uint8_t telemetry_seq_ = 63, echo_ = 0, low_byte_ = 0;
+};
+
+}  // namespace mcu
+}  // namespace farhand
