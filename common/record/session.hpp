@@ -1,5 +1,5 @@
-// A run in memory: what both sides felt, tick by tick, and what the network did. The lab fills it directly, `farhand-lab report`
-// fills it from recordings; metrics and report read nothing else.
+// A run in memory: what both sides felt, tick by tick, and what the network did. The lab fills it directly,
+// `farhand-lab report` fills it from recordings; metrics and report read nothing else.
 #pragma once
 
 #include <cstdint>
@@ -9,29 +9,32 @@
 
 namespace farhand {
 
-// One tick of one station. Times are in seconds on the axis of the session (0 = start of the run). NaN marks what a side cannot
-// know: true_* exist only where the world is simulated.
+// One tick of one station. Times are in seconds on the axis of the session (0 = start of the run). NaN marks what a
+// side cannot know: true_* exist only where the world is simulated.
 struct StationSample {
   double t_s = 0;
-  int state = 0;                 // StationState
-  double x_rad = 0, v_rad_s = 0, f_nm = 0;            // own axis, as estimated
+  int state = 0;                                                 // StationState
+  double x_rad = 0, v_rad_s = 0, f_nm = 0;                       // own axis, as estimated
   double remote_x_rad = 0, remote_v_rad_s = 0, remote_f_nm = 0;  // the peer, as played out
-  double target_x_rad = 0;       // position that the law follows
-  double command_nm = 0;         // torque applied after all limits, or torque reference sent to the MCU
-  double x_cdob_rad = 0;         // compensation of the CDOB; 0 without one
-  double alpha = 1;              // SDCV factor; 1 without one
-  double playout_delay_s = 0;    // play-out over the fastest packet (buffer depth in force)
-  double rtt_s = 0;              // newest round trip measured by echo
-  std::uint32_t limits = 0;      // LimitBit
-  double true_x_rad = 0;         // true angle in the simulated world
+  double target_x_rad = 0;                                       // position that the law follows
+  double command_nm = 0;       // torque applied after all limits, or torque reference sent to the MCU
+  double x_cdob_rad = 0;       // compensation of the CDOB; 0 without one
+  double alpha = 1;            // SDCV factor; 1 without one
+  double playout_delay_s = 0;  // play-out over the fastest packet (buffer depth in force)
+  double rtt_s = 0;            // newest round trip measured by echo
+  std::uint32_t limits = 0;    // LimitBit
+  double true_x_rad = 0;       // true angle in the simulated world
   double true_v_rad_s = 0;
-  double true_f_nm = 0;          // true torque between device and person, sign convention of Motion::f
+  double true_f_nm = 0;  // true torque between device and person, sign convention of Motion::f
+  // Of the newest accepted packet, in integers because an offset of clocks is the difference of two large numbers: the
+  // peer's send stamp on the peer's clock and the arrival on the own clock. 0 before the first packet.
+  std::int64_t newest_peer_send_ns = 0, newest_peer_arrival_ns = 0;
 };
 
 // One packet through the link.
 struct LinkSample {
-  double t_s = 0;          // when it was sent (entered the shim)
-  bool forward = true;     // master to slave
+  double t_s = 0;       // when it was sent (entered the shim)
+  bool forward = true;  // master to slave
   bool lost = false;
   double asked_delay_s = 0;
   double achieved_delay_s = 0;
@@ -39,15 +42,17 @@ struct LinkSample {
 
 struct SessionEvent {
   double t_s = 0;
-  std::string who;   // master, slave, netem, mcu
+  std::string who;  // master, slave, netem, mcu
   std::string text;
 };
 
 // Totals that a side counts for itself.
 struct StationCounters {
-  std::uint64_t ticks = 0, overruns = 0, missed_ticks = 0, sent = 0, received = 0, late = 0, reordered = 0, duplicate = 0, lost = 0,
-                rejected_checksum = 0, rejected_format = 0, rejected_session = 0, rejected_expired = 0, rejected_not_finite = 0,
-                serial_crc_errors = 0, serial_sent = 0, serial_received = 0;
+  std::uint64_t ticks = 0, overruns = 0, missed_ticks = 0, sent = 0, received = 0, late = 0, reordered = 0,
+                duplicate = 0, lost = 0, rejected_checksum = 0, rejected_format = 0, rejected_session = 0,
+                rejected_expired = 0, rejected_not_finite = 0, serial_crc_errors = 0, serial_sent = 0,
+                serial_received = 0, record_overflow = 0,
+                record_unwritten = 0;  // samples that the ring, or the disk, had no room for
 };
 
 // What a wall clock measured; NaN where nobody did. The worse of the two sides.
@@ -60,7 +65,7 @@ struct WallClock {
 
 struct Session {
   std::string scene_name;
-  std::string scene_text;    // the whole scene as text, defaults filled in
+  std::string scene_text;  // the whole scene as text, defaults filled in
   std::uint64_t seed = 0;
   bool deterministic = false;       // virtual time: numbers of the wall clock are left out of the results
   double clock_offset_s = 0;        // added to the slave's times to get the master's

@@ -1,0 +1,53 @@
+#include "common/record/recorder.hpp"
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <new>
+
+namespace farhand {
+
+Recorder::Recorder(const std::filesystem::path& file, const record::RunInfo& start, std::size_t capacity)
+    : ring_(capacity), recording_(file, start), writer_([this](const std::stop_token& stop) { run(stop); }) {}
+
+Recorder::~Recorder() {
+  if (!writer_.joinable()) return;
+  writer_.request_stop();
+  writer_.join();
+}
+
+void Recorder::run(const std::stop_token& stop) {
+  // Somewhat shorter than a chunk may span, so that waking late does not cut a sliver off every chunk.
+  constexpr auto kPeriod = std::chrono::milliseconds(200);
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  std::unique_lock lock(mutex);
+  while (!stop.stop_requested()) {
+    wake.wait_for(lock, stop, kPeriod, [] { return false; });
+    drain();
+  }
+  drain();  // a stop may come before the first wait
+}
+
+void Recorder::drain() {
+  Item item;
+  while (ring_.pop(item)) {
+    try {
+      recording_.write(item.t, item.sample);
+    } catch (const std::bad_alloc&) {  // no reason to stop a session either
+      overflow_.fetch_add(1, std::memory_order_relaxed);
+    }
+  }
+  recording_.flush();
+  flushed_.store(recording_.written(), std::memory_order_relaxed);
+}
+
+RecordingOutcome Recorder::finish(const StationCounters& counters) noexcept {
+  if (writer_.joinable()) {
+    writer_.request_stop();
+    writer_.join();
+  }
+  return recording_.finish(counters, overflow());
+}
+
+}  // namespace farhand

@@ -1,0 +1,54 @@
+// Takes samples from a loop thread without ever delaying it: push copies a plain struct into a ring; a thread of its
+// own turns them into messages and flushes a chunk at least every 250 ms. A ring that is full, or a disk, costs
+// samples, never time: both are counted.
+#pragma once
+
+#include <atomic>
+#include <stop_token>
+#include <thread>
+
+#include "common/record/recording.hpp"
+#include "common/record/spsc_ring.hpp"
+
+namespace farhand {
+
+class Recorder {
+ public:
+  // 16,384 samples are 8 s of the fastest producer, the MCU emulator at 2 kHz: longer than a disk is known to stall.
+  static constexpr std::size_t kCapacity = 16'384;
+
+  // Throws like Recording.
+  Recorder(const std::filesystem::path& file, const record::RunInfo& start, std::size_t capacity = kCapacity);
+  ~Recorder();  // without finish(): everything pushed is flushed, but the file keeps its unfinished name
+
+  // All from one thread. `sample` is a StationSample, LinkSample or McuSample, as fits the role.
+  template <class T>
+  void push(Nanoseconds t, const T& sample) noexcept {
+    if (!ring_.push({t, Sample(sample)})) overflow_.fetch_add(1, std::memory_order_relaxed);
+  }
+  void note(Nanoseconds t, std::string_view sentence) noexcept { push(t, Note(sentence)); }
+
+  // After the loop: stops the thread, writes what is left and the counters, completes the file.
+  RecordingOutcome finish(const StationCounters& counters) noexcept;
+
+  std::uint64_t flushed() const noexcept {
+    return flushed_.load(std::memory_order_relaxed);
+  }  // messages in flushed chunks
+  std::uint64_t overflow() const noexcept { return overflow_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Item {
+    Nanoseconds t = 0;
+    Sample sample;
+  };
+
+  void run(const std::stop_token& stop);
+  void drain();
+
+  SpscRing<Item> ring_;
+  std::atomic<std::uint64_t> overflow_{0}, flushed_{0};
+  Recording recording_;
+  std::jthread writer_;  // last: starts when all else stands
+};
+
+}  // namespace farhand
