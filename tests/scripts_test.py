@@ -1,0 +1,115 @@
+"""The house scripts: check_rooms finds each kind of violation, install asks apt-get for what is missing and for nothing else."""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPTS = pathlib.Path(__file__).resolve().parent.parent / "scripts"
+
+
+class CheckRooms(unittest.TestCase):
+    def check(self, files):
+        with tempfile.TemporaryDirectory() as root:
+            (pathlib.Path(root) / "common").mkdir()
+            for name, text in files.items():
+                path = pathlib.Path(root) / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text)
+            done = subprocess.run([sys.executable, SCRIPTS / "check_rooms", root], capture_output=True, text=True, check=False)
+            return done.returncode, done.stdout
+
+    def assert_refused(self, file, text, line, words):
+        code, printed = self.check({file: text})
+        self.assertEqual(code, 1, f"{file}: {text}")
+        self.assertTrue(printed.startswith(f"{file}:{line}: "), printed)
+        self.assertIn(words, printed)
+
+    def assert_accepted(self, file, text):
+        self.assertEqual(self.check({file: text}), (0, ""))
+
+    def test_arrows_hold_one_way(self):
+        self.assert_accepted("common/control/law.hpp", '#include "common/observer/dob.hpp"\n#include "common/control/x.hpp"\n')
+        self.assert_refused("common/observer/dob.hpp", '// one\n#include "common/control/law.hpp"\n', 2, "observer may include only: signal")
+        self.assert_refused("common/signal/a.hpp", '#include "common/plant/motor.hpp"\n', 1, "signal may include only: nothing")
+        self.assert_refused("common/plant/a.cpp", '#  include   "proto/scene.pb.h"\n', 1, "plant")
+
+    def test_single_files_of_a_room_may_be_let_in(self):
+        self.assert_accepted("common/scene/station.hpp", '#include "common/link/packet.hpp"\n')
+        self.assert_refused("common/scene/station.hpp", '#include "common/link/codec.hpp"\n', 1, "common/link/codec.hpp")
+
+    def test_common_never_includes_a_program(self):
+        for folder in ("master", "slave", "netem", "tests"):
+            self.assert_refused("common/config/a.hpp", f'#include "{folder}/a.hpp"\n', 1, folder)
+        self.assert_accepted("netem/a.hpp", '#include "common/link/packet.hpp"\n#include <vector>\n')
+
+    def test_headers_banned_inside_a_tick(self):
+        for header in ("chrono", "functional", "iostream", "map", "memory", "mutex", "string", "thread", "vector"):
+            for file in ("common/signal/a.hpp", "common/scene/a.cpp", "common/link/receiver.hpp"):
+                self.assert_refused(file, f"#include <{header}>\n", 1, f"<{header}>")
+            self.assert_accepted("common/link/udp.hpp", f"#include <{header}>\n")
+        self.assert_accepted("common/signal/a.hpp", "#include <array>\n")
+
+    def test_firmware_is_freestanding(self):
+        self.assert_accepted("slave/mcu/core.cpp", '#include <stdint.h>\n#include "common/device/mcu_frame.hpp"\n#include "slave/mcu/core.hpp"\n')
+        self.assert_refused("slave/mcu/core.hpp", "#include <cstdint>\n", 1, "firmware")
+        self.assert_refused("common/device/mcu_frame.hpp", '#include "common/signal/joints.hpp"\n', 1, "firmware")
+
+    def test_includes_are_written_from_the_root(self):
+        self.assert_refused("common/signal/a.cpp", '#include "a.hpp"\n', 1, "from the root")
+        self.assert_refused("master/a.cpp", '#include "../common/signal/a.hpp"\n', 1, "from the root")
+
+    def test_a_new_room_needs_arrows(self):
+        self.assert_refused("common/novel/a.hpp", '#include "common/signal/a.hpp"\n', 1, "no arrows yet")
+
+
+class Install(unittest.TestCase):
+    def install(self, installed, apt_exit=0, tools=("npm",)):
+        with tempfile.TemporaryDirectory() as folder:
+            log = pathlib.Path(folder) / "log"
+            log.touch()
+            lines = "\n".join(f"{name} installed" for name in installed)
+            fakes = {
+                "dpkg-query": f"cat <<'END'\n{lines}\nEND\nexit 1",
+                "apt-get": f'echo "$@" >> {log}\ncase "$*" in *install*) exit {apt_exit};; esac',
+                "id": "echo 0",
+                **{tool: "exit 0" for tool in tools},
+            }
+            for name in ("bash", "sed", "tr", "grep", "dirname", "env", "mktemp", "tail", "rm", "cat"):
+                os.symlink(subprocess.check_output(["which", name], text=True).strip(), pathlib.Path(folder) / name)
+            for name, body in fakes.items():
+                path = pathlib.Path(folder) / name
+                path.write_text(f"#!/bin/sh\n{body}\n")
+                path.chmod(0o755)
+            done = subprocess.run([SCRIPTS / "install"], env={"PATH": folder}, capture_output=True, text=True, check=False,
+                                  stdin=subprocess.DEVNULL)
+            return done, log.read_text()
+
+    def packages(self):
+        lines = (SCRIPTS / "packages.txt").read_text().splitlines()
+        return [name for name in (line.split("#")[0].strip() for line in lines) if name]
+
+    def test_does_nothing_when_all_is_there(self):
+        done, asked = self.install(self.packages())
+        self.assertEqual((done.returncode, done.stdout, asked), (0, "", ""), done.stderr)
+
+    def test_installs_only_what_is_missing_and_says_so(self):
+        done, asked = self.install([p for p in self.packages() if p not in ("g++", "ccache")])
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout, "installing: ccache g++\n")
+        self.assertTrue(asked.splitlines()[-1].endswith("install --no-install-recommends ccache g++"), asked)
+
+    def test_takes_npm_from_debian_only_if_there_is_none(self):
+        done, asked = self.install(self.packages(), tools=())
+        self.assertIn("nodejs npm", asked)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_says_what_could_not_be_installed(self):
+        done, _ = self.install([p for p in self.packages() if p != "cmake"], apt_exit=100)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("could not install: cmake", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
