@@ -6,7 +6,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -83,7 +82,7 @@ TEST(UdpEndpoint, WritesWhatItReadsForAnyAddress) {
 UdpSocket listen_on(const char* text) { return UdpSocket::listen(parse_endpoint(text, EndpointUse::kListen)); }
 
 // Waits for the kernel, then receives; a stall of the machine only makes it slower.
-std::optional<UdpSocket::Received> wait_and_receive(UdpSocket& socket, std::span<std::uint8_t> buffer) {
+std::optional<UdpSocket::Received> wait_and_receive(UdpSocket& socket, std::span<std::byte> buffer) {
   for (int i = 0; i < 50; ++i) {
     if (auto received = socket.receive(buffer)) return received;
     pollfd wait{socket.native_handle(), POLLIN, 0};
@@ -99,9 +98,9 @@ TEST_P(OverLoopback, CarriesBytesBothWaysOnceTheListenerAcceptedTheSender) {
   UdpSocket listener = listen_on(GetParam());
   ASSERT_NE(listener.local_endpoint().port, 0);
   UdpSocket dialer = UdpSocket::dial(listener.local_endpoint());
-  std::vector<std::uint8_t> bytes(100);
-  std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
-  std::vector<std::uint8_t> buffer(256);
+  std::vector<std::byte> bytes(100);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(i);
+  std::vector<std::byte> buffer(256);
 
   EXPECT_FALSE(listener.receive(buffer)) << "an empty socket is no error";
   EXPECT_FALSE(listener.send(bytes)) << "nobody to answer yet";
@@ -126,8 +125,8 @@ TEST(UdpSocket, AnswersTheNewestAcceptedPeer) {
   UdpSocket listener = listen_on("127.0.0.1:0");
   UdpSocket first = UdpSocket::dial(listener.local_endpoint());
   UdpSocket second = UdpSocket::dial(listener.local_endpoint());
-  const std::uint8_t byte[] = {1};
-  std::uint8_t buffer[8];
+  const std::byte byte[] = {std::byte{1}};
+  std::byte buffer[8];
   for (UdpSocket* dialer : {&first, &second}) {
     dialer->send(byte);
     listener.accept(wait_and_receive(listener, buffer).value().sender);
@@ -141,8 +140,8 @@ TEST(UdpSocket, ADialerHearsOnlyItsPeer) {
   UdpSocket listener = listen_on("127.0.0.1:0");
   UdpSocket dialer = UdpSocket::dial(listener.local_endpoint());
   UdpSocket stranger = UdpSocket::dial(dialer.local_endpoint());
-  const std::uint8_t byte[] = {1};
-  std::uint8_t buffer[8];
+  const std::byte byte[] = {std::byte{1}};
+  std::byte buffer[8];
   stranger.send(byte);
   listener.accept(dialer.local_endpoint());
   listener.send(byte);
@@ -161,8 +160,8 @@ TEST(UdpSocket, APeerThatIsNotThereYetIsCountedAndNoError) {
     gone = listener.local_endpoint();
   }
   UdpSocket dialer = UdpSocket::dial(gone);
-  const std::uint8_t byte[] = {1};
-  std::uint8_t buffer[8];
+  const std::byte byte[] = {std::byte{1}};
+  std::byte buffer[8];
   for (int i = 0; i < 10; ++i) {
     dialer.send(byte);
     EXPECT_FALSE(dialer.receive(buffer));
@@ -179,15 +178,15 @@ TEST(UdpSocket, APeerThatIsNotThereYetIsCountedAndNoError) {
 TEST(UdpSocket, DropsADatagramLongerThanTheBufferWholeAndCountsIt) {
   UdpSocket listener = listen_on("127.0.0.1:0");
   UdpSocket dialer = UdpSocket::dial(listener.local_endpoint());
-  const std::vector<std::uint8_t> long_one(65, 7), exact(64, 8), empty;
+  const std::vector<std::byte> long_one(65, std::byte{7}), exact(64, std::byte{8}), empty;
   dialer.send(long_one);
   dialer.send(exact);
   dialer.send(empty);
-  std::uint8_t buffer[64];
+  std::byte buffer[64];
   const auto received = wait_and_receive(listener, buffer);
   ASSERT_TRUE(received);
   EXPECT_EQ(received->size, 64u);
-  EXPECT_EQ(buffer[0], 8);
+  EXPECT_EQ(buffer[0], std::byte{8});
   EXPECT_EQ(wait_and_receive(listener, buffer).value().size, 0u);
   EXPECT_EQ(listener.counters().oversized, 1u);
 }
@@ -195,9 +194,9 @@ TEST(UdpSocket, DropsADatagramLongerThanTheBufferWholeAndCountsIt) {
 TEST(UdpSocket, AFloodDoesNotHoldAReceiverThatBoundsItsLoop) {
   UdpSocket listener = listen_on("127.0.0.1:0");
   UdpSocket dialer = UdpSocket::dial(listener.local_endpoint());
-  const std::vector<std::uint8_t> bytes(60'000);
+  const std::vector<std::byte> bytes(60'000);
   for (int i = 0; i < 100; ++i) dialer.send(bytes);
-  std::uint8_t buffer[64];
+  std::byte buffer[64];
   int calls = 0;
   while (!listener.receive(buffer) && listener.counters().oversized > 0 && calls < 100) ++calls;
   EXPECT_EQ(listener.counters().received, 0u);

@@ -150,7 +150,7 @@ UdpSocket UdpSocket::dial(const UdpEndpoint& peer) {
 UdpEndpoint UdpSocket::local_endpoint() const { return from_asio(impl_->socket.local_endpoint()); }
 std::optional<UdpEndpoint> UdpSocket::peer() const noexcept { return impl_->peer; }
 
-bool UdpSocket::send(std::span<const std::uint8_t> bytes) noexcept {
+bool UdpSocket::send(std::span<const std::byte> bytes) noexcept {
   if (!impl_->peer) return false;
   asio::error_code error;
   const asio::const_buffer buffer(bytes.data(), bytes.size());
@@ -167,7 +167,7 @@ bool UdpSocket::send(std::span<const std::uint8_t> bytes) noexcept {
   return true;
 }
 
-std::optional<UdpSocket::Received> UdpSocket::receive(std::span<std::uint8_t> buffer) noexcept {
+std::optional<UdpSocket::Received> UdpSocket::receive(std::span<std::byte> buffer) noexcept {
   // An error or a drop is not the end of the queue; but it may not hold us either.
   for (int attempt = 0; attempt < 16; ++attempt) {
     asio::error_code error;

@@ -60,10 +60,10 @@ class UdpSocket {
   std::optional<UdpEndpoint> peer() const noexcept;
 
   // To the peer. False when it was not sent: no peer yet, buffer full, or an error (counted).
-  bool send(std::span<const std::uint8_t> bytes) noexcept;
+  bool send(std::span<const std::byte> bytes) noexcept;
   // The next datagram, nothing when none waits. A sender that floods us can keep this answering: the caller bounds its
   // loop.
-  std::optional<Received> receive(std::span<std::uint8_t> buffer) noexcept;
+  std::optional<Received> receive(std::span<std::byte> buffer) noexcept;
   // Answers go to the newest sender whose packet was valid. Only the caller can judge that; a forged packet must not
   // move the answers.
   void accept(const UdpEndpoint& sender) noexcept;
