@@ -16,6 +16,7 @@
 
 #include "common/device/pty.hpp"
 #include "common/device/serial_port.hpp"
+#include "tests/support/alloc_counter.hpp"
 #include "tests/support/pty_preload.hpp"
 
 namespace farhand {
@@ -273,6 +274,36 @@ TEST_F(Serial, ThePtyDropsWhatNobodyReadsAndNeverWaits) {
   std::size_t written = 0;
   for (int i = 0; i < 1000; ++i) written += board.write(every_byte());
   EXPECT_LT(written, 256'000u);
+}
+
+TEST_F(Serial, NoCallOfTheLoopTouchesTheHeapOrAMutexEvenWhenFullOrLost) {
+  if (kCounterIsBlind) GTEST_SKIP() << "a sanitizer owns malloc and the mutexes";
+  auto board = std::make_unique<Pty>(link_);
+  SerialPort port(link_);
+  const auto bytes = every_byte();
+  std::uint8_t buffer[64];
+  const auto use = [&] {
+    const TouchCounter counter;
+    for (int i = 0; i < 1000; ++i) {
+      port.write(bytes);
+      port.read(buffer);
+      port.lost();
+    }
+    return counter.since();
+  };
+  EXPECT_EQ(use(), Touched{});
+  EXPECT_GT(port.counters().bytes_not_written, 0u);
+  const TouchCounter counter;
+  for (int i = 0; i < 1000; ++i) {
+    board->read(buffer);
+    board->write(bytes);
+    port.read(buffer);
+  }
+  EXPECT_EQ(counter.since(), Touched{});
+  EXPECT_GT(port.counters().bytes_read, 0u);
+  board.reset();
+  EXPECT_EQ(use(), Touched{});
+  EXPECT_TRUE(port.lost());
 }
 
 }  // namespace
