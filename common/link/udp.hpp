@@ -1,0 +1,80 @@
+// Datagrams to and from one peer, called from the loop: nothing here waits, and after the first packet nothing
+// allocates. Asio stays in the .cpp, because it and Boost.Asio cannot meet in one translation unit. Only loopback
+// addresses are taken: the link is not secured.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace farhand {
+
+// A numeric address and a port. IPv4 uses the first four bytes.
+struct UdpEndpoint {
+  std::array<std::uint8_t, 16> address{};
+  std::uint16_t port = 0;
+  bool v6 = false;
+
+  bool is_loopback() const noexcept;
+  bool operator==(const UdpEndpoint&) const = default;
+};
+
+// "127.0.0.1:7000", "[::1]:7000", "localhost:7000"; other names are refused, so that no start hangs in a name server.
+// Port 0 lets the system choose and makes sense only for listening. Throws std::invalid_argument with a sentence.
+enum class EndpointUse { kListen, kPeer };
+UdpEndpoint parse_endpoint(std::string_view text, EndpointUse use);
+std::string to_string(const UdpEndpoint& endpoint);
+
+class UdpSocket {
+ public:
+  struct Received {
+    std::size_t size = 0;
+    UdpEndpoint sender;
+  };
+
+  struct Counters {
+    std::uint64_t sent = 0;
+    std::uint64_t received = 0;
+    std::uint64_t would_block = 0;  // not sent because the output buffer was full
+    std::uint64_t refused = 0;      // ICMP said that nobody listens there (yet): the peer may still come
+    std::uint64_t oversized = 0;    // longer than the buffer: cannot be ours, dropped whole
+    std::uint64_t errors = 0;       // anything else
+  };
+
+  // Waits for peers; answers go nowhere until `accept`. Throws std::invalid_argument (address not loopback) or
+  // std::runtime_error (port busy, not permitted), both with a sentence.
+  static UdpSocket listen(const UdpEndpoint& local);
+  // Dials out: the kernel drops what does not come from this peer.
+  static UdpSocket dial(const UdpEndpoint& peer);
+
+  UdpSocket(UdpSocket&&) noexcept;
+  UdpSocket& operator=(UdpSocket&&) noexcept;
+  ~UdpSocket();
+
+  UdpEndpoint local_endpoint() const;
+  std::optional<UdpEndpoint> peer() const noexcept;
+
+  // To the peer. False when it was not sent: no peer yet, buffer full, or an error (counted).
+  bool send(std::span<const std::byte> bytes) noexcept;
+  // The next datagram, nothing when none waits. A sender that floods us can keep this answering: the caller bounds its
+  // loop.
+  std::optional<Received> receive(std::span<std::byte> buffer) noexcept;
+  // Answers go to the newest sender whose packet was valid. Only the caller can judge that; a forged packet must not
+  // move the answers.
+  void accept(const UdpEndpoint& sender) noexcept;
+
+  const Counters& counters() const noexcept;
+  int native_handle() const noexcept;  // for poll()
+
+ private:
+  struct Impl;
+  explicit UdpSocket(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace farhand

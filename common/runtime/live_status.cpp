@@ -1,0 +1,89 @@
+#include "common/runtime/live_status.hpp"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+namespace farhand {
+namespace {
+
+const char* name_of(StationState state) {
+  switch (state) {
+    case StationState::kReady:
+      return "ready";
+    case StationState::kAligning:
+      return "aligning";
+    case StationState::kEngaged:
+      return "engaged";
+    case StationState::kHolding:
+      return "holding";
+    case StationState::kFault:
+      return "FAULT";
+  }
+  return "?";
+}
+
+std::string number_or_dash(const char* format, double value) {
+  if (!std::isfinite(value)) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+// A reader that does not read must not hold up the end of the session.
+void write_if_ready(int fd, const std::string& text) {
+  pollfd ready{fd, POLLOUT, 0};
+  if (::poll(&ready, 1, 0) != 1 || (ready.revents & POLLOUT) == 0) return;
+  [[maybe_unused]] const ssize_t written = ::write(fd, text.data(), text.size());
+}
+
+}  // namespace
+
+std::string format_live_status(const LiveStatus& s) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "%7.1f s  %-8s  x_m %+7.3f  x_s %+7.3f rad  f_m %+7.3f  f_s %+7.3f N m  RTT %s ms  loss %s %%", s.t_s,
+                name_of(s.state), s.x_m_rad, s.x_s_rad, s.f_m_nm, s.f_s_nm,
+                number_or_dash("%.1f", 1e3 * s.rtt_s).c_str(), number_or_dash("%.1f", 1e2 * s.loss_share).c_str());
+  return text;
+}
+
+LiveStatusPrinter::LiveStatusPrinter(bool quiet, int fd) : fd_(fd), terminal_(isatty(fd) != 0) {
+  if (!quiet) printer_ = std::thread([this] { print_until_stopped(); });
+}
+
+LiveStatusPrinter::~LiveStatusPrinter() {
+  if (!printer_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  stopped_.notify_one();
+  printer_.join();
+  if (line_open_) write_if_ready(fd_, "\n");
+}
+
+void LiveStatusPrinter::print_until_stopped() {
+  const std::chrono::milliseconds interval(terminal_ ? 200 : 2000);
+  bool over = false;
+  while (!over) {
+    {
+      std::unique_lock lock(mutex_);
+      over = stopped_.wait_for(lock, interval, [this] { return stop_; });
+    }
+    // Once more at the end, so that the last state stays on the screen.
+    LiveStatus status;
+    if (latest_.read(status)) print(status);
+  }
+}
+
+void LiveStatusPrinter::print(const LiveStatus& status) {
+  const std::string line = format_live_status(status);
+  write_if_ready(fd_, terminal_ ? "\r" + line + "\x1b[K" : line + "\n");
+  line_open_ = terminal_;
+}
+
+}  // namespace farhand

@@ -1,0 +1,50 @@
+// One line that shows a running session. The loop only hands over numbers; a thread of its own prints them to stderr:
+// over and over in place on a terminal, a line every two seconds into a file or pipe.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "common/link/packet.hpp"
+#include "common/runtime/latest.hpp"
+
+namespace farhand {
+
+struct LiveStatus {
+  double t_s = 0;
+  StationState state = StationState::kReady;
+  double x_m_rad = 0, x_s_rad = 0;
+  double f_m_nm = 0, f_s_nm = 0;
+  double rtt_s = 0;       // NaN while unknown
+  double loss_share = 0;  // of the packets from the peer, 0..1; NaN while unknown
+};
+
+std::string format_live_status(const LiveStatus& status);
+
+class LiveStatusPrinter {
+ public:
+  explicit LiveStatusPrinter(bool quiet, int fd = 2);
+  ~LiveStatusPrinter();
+  LiveStatusPrinter(const LiveStatusPrinter&) = delete;
+  LiveStatusPrinter& operator=(const LiveStatusPrinter&) = delete;
+
+  // From the loop thread only.
+  void show(const LiveStatus& status) noexcept { latest_.write(status); }
+
+ private:
+  void print_until_stopped();
+  void print(const LiveStatus& status);
+
+  int fd_;
+  bool terminal_;
+  bool line_open_ = false;
+  Latest<LiveStatus> latest_;
+  std::mutex mutex_;  // only to wake the printer at the end
+  std::condition_variable stopped_;
+  bool stop_ = false;
+  std::thread printer_;
+};
+
+}  // namespace farhand

@@ -1,0 +1,37 @@
+#include "common/runtime/stop_signals.hpp"
+
+#include <atomic>
+
+namespace farhand {
+namespace {
+
+// A handler has no other way to its object than a global.
+std::atomic<int> stop_signal{0};
+static_assert(std::atomic<int>::is_always_lock_free, "only lock-free atomics may be touched in a signal handler");
+
+void note_signal(int number) {
+  int none = 0;
+  stop_signal.compare_exchange_strong(none, number);
+}
+
+}  // namespace
+
+StopSignals::StopSignals() {
+  stop_signal = 0;
+  // No SA_RESTART: a sleeping thread wakes and looks.
+  struct sigaction action {};
+  action.sa_handler = note_signal;
+  sigemptyset(&action.sa_mask);
+  for (std::size_t i = 0; i < kStopping.size(); ++i) sigaction(kStopping[i], &action, &previous_[i]);
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &action, &previous_pipe_);
+}
+
+StopSignals::~StopSignals() {
+  for (std::size_t i = 0; i < kStopping.size(); ++i) sigaction(kStopping[i], &previous_[i], nullptr);
+  sigaction(SIGPIPE, &previous_pipe_, nullptr);
+}
+
+int StopSignals::signal() const noexcept { return stop_signal.load(std::memory_order_relaxed); }
+
+}  // namespace farhand
