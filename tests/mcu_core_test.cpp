@@ -1,3 +1,487 @@
+// The MCU core alone, fed with encoder counts and bytes: its arithmetic against double precision with bounds from the
+// quantisation, and its states against what a patient's safety needs.
 #include <gtest/gtest.h>
+
+#include <random>
+#include <stdexcept>
+
+#include "common/device/mcu_si.hpp"
 #include "slave/mcu/mcu_params.hpp"
-TEST(A,B){ farhand::mcu::OrthosisMcu m(farhand::mcu::make_mcu_params({})); EXPECT_EQ(m.step({0,0,0,false}).motor_velocity,0);}
+#include "tests/support/mcu_reference.hpp"
+
+namespace farhand::mcu {
+namespace {
+
+constexpr double kDelta = 1.0 / 65536;  // relative error of a Gain
+
+std::int32_t counts_of(double angle_rad, double counts_per_rev = 20000) {
+  return static_cast<std::int32_t>(std::lround(angle_rad / encoder_unit_rad(counts_per_rev)));
+}
+
+// A core whose PC sends one frame every second loop, at angles that the test gives.
+struct Bench {
+  explicit Bench(const McuSettings& s = {}) : settings(s), core(make_mcu_params(s)) {}
+
+  void send(const Command& command) {
+    std::uint8_t wire[kWireBytes];
+    encode(command, wire);
+    for (const std::uint8_t byte : wire) core.receive(byte);
+  }
+  void send(Mode mode, double x_ref = 0, double v_ref = 0, double f_ref = 0) {
+    send(make_command(mode, seq++, x_ref, v_ref, f_ref));
+  }
+  McuOutput loop(double x = 0, double x_motor = 0, bool overrun = false) {
+    return core.step(
+        {counts_of(x, settings.joint_counts_per_rev), counts_of(x_motor, settings.motor_counts_per_rev), 25, overrun});
+  }
+  McuOutput frame_time(double x = 0, double x_motor = 0) {
+    loop(x, x_motor);
+    return loop(x, x_motor);
+  }
+  // Into an active mode at rest at x with the start ramp over.
+  void activate(Mode mode, double x = 0) {
+    send(Mode::kSafe, x);
+    frame_time(x, x);
+    for (int i = 0; i < 60; ++i) {
+      send(mode, x);
+      frame_time(x, x);
+    }
+  }
+
+  McuSettings settings;
+  OrthosisMcu core;
+  std::uint8_t seq = 0;
+};
+
+TEST(McuGain, IsWithinHalfA16BitStepOverItsWholeRange) {
+  for (double value = 3e-10; value < 65000; value *= 1.37) {
+    const Gain gain = make_gain("test", value);
+    EXPECT_NEAR(std::ldexp(gain.mantissa, -gain.right), value, kDelta * value) << value;
+  }
+  EXPECT_EQ(make_gain("test", 0).mantissa, 0);
+  EXPECT_EQ(make_gain("test", 1e-30).mantissa, 0);
+  EXPECT_EQ(make_gain("test", 1.0 - 1e-9).mantissa, 32768);
+}
+
+TEST(McuGain, MultipliesToTheNearestUnitAndSaturates) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 1'000'000; ++i) {
+    const int bits = static_cast<int>(random() % 31);
+    const auto value = static_cast<std::int32_t>(random() % ((1u << bits) + 1)) * (random() % 2 ? 1 : -1);
+    const Gain gain{static_cast<std::uint16_t>(random() % 65536), static_cast<std::uint8_t>(random() % 48)};
+    const double exact = std::ldexp(static_cast<double>(value) * gain.mantissa, -gain.right);
+    const double expected = std::clamp(exact, -static_cast<double>(kLargest), static_cast<double>(kLargest));
+    ASSERT_NEAR(times(value, gain), expected, gain.right > 16 ? 1.0 : 0.5)
+        << value << ' ' << gain.mantissa << ' ' << +gain.right;
+  }
+}
+
+TEST(McuParams, WhatDoesNotFitIsRefusedByName) {
+  const auto refused = [](auto change) {
+    McuSettings settings;
+    change(settings);
+    try {
+      make_mcu_params(settings);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(refused([](McuSettings& s) { s.torque_limit = 9; }),
+            "MCU: torque_limit = 9 does not fit; allowed is 0.001 to 8");
+  EXPECT_NE(refused([](McuSettings& s) { s.loop_hz = 1500; }).find("loop_hz"), std::string::npos);
+  EXPECT_NE(refused([](McuSettings& s) { s.spring = 1e6; }).find("spring"), std::string::npos);
+  EXPECT_NE(refused([](McuSettings& s) { s.K_p = NAN; }).find("K_p"), std::string::npos);
+  EXPECT_NE(refused([](McuSettings& s) { s.K_f = -1; }).find("K_f"), std::string::npos);
+  EXPECT_NE(refused([](McuSettings& s) { s.range_min = 0.5; }).find("range_max"), std::string::npos);
+  EXPECT_NE(refused([](McuSettings& s) { s.g = 0; }).find("g ="), std::string::npos);
+  EXPECT_EQ(refused([](McuSettings&) {}), "accepted");
+}
+
+TEST(McuCore, EncoderCountsAreAnglesToTwoUnits) {
+  for (const double per_rev : {20000.0, 80000.0, 4096.0, 0.0}) {
+    McuSettings settings;
+    settings.joint_counts_per_rev = settings.motor_counts_per_rev = per_rev;
+    for (double x = -3.9; x < 3.9; x += 0.0371) {
+      Bench bench(settings);
+      bench.loop(x, x);
+      const double read = counts_of(x, per_rev) * encoder_unit_rad(per_rev);
+      ASSERT_NEAR(to_rad(bench.core.angle()), read, 2.0 / (1 << kAngleBits)) << per_rev;
+    }
+  }
+}
+
+// Bounds. One angle unit is A, one velocity unit V, one torque unit T; every Gain is off by delta = 2^-16 of itself at
+// most, every product by half a unit; a low-pass with factor a turns a rounding of e per step into e/a.
+//   spring: delta |tau| + 2 k A + T         velocity: 2 delta |v| + (1/a_v + 2) (a_v/dt) A + V
+//   observers: with U = |tau| + J g |v| as the largest input, 2 delta U for the filter and T/a for its rounding
+TEST(McuCore, FollowsTheLawInDoublePrecisionToItsQuantisation) {
+  const McuSettings s;
+  Bench bench(s);
+  McuReference reference(s);
+  std::mt19937 random(7);
+  const double dt = 1 / s.loop_hz, A = 1.0 / (1 << kAngleBits), V = 1.0 / (1 << kVelocityBits),
+               T = 1.0 / (1 << kTorqueBits);
+  const double a = s.g * dt / (1 + s.g * dt), a_v = s.g_v * dt / (1 + s.g_v * dt);
+  double x_ref = 0, v_ref = 0, f_ref = 0, tau_allowed = 0, v_most = 0, tau_most = 0;
+  double worst_v = 0, worst_f = 0, worst_tau = 0, worst_u = 0;
+  bool active = false;
+  for (int k = 0; k < 40'000; ++k) {
+    const double t = k * dt;
+    const double x = 0.25 * std::sin(M_PI * t) + 0.003 * std::sin(2 * M_PI * 23 * t);
+    const double x_motor = x + 0.1 * std::sin(2 * M_PI * 1.7 * t);
+    if (k % 2 == 0) {
+      const Mode mode = k < 10 ? Mode::kSafe : Mode::kTrack;
+      const Command command =
+          make_command(mode, bench.seq++, 0.25 * std::sin(M_PI * (t - 0.002)),
+                       0.25 * M_PI * std::cos(M_PI * (t - 0.002)), 0.8 * std::sin(2 * M_PI * 1.7 * t));
+      const bool was_active = active;
+      bench.send(command);
+      active = k >= 14;
+      if (active && !was_active) {  // the gate starts at what the core had estimated
+        x_ref = reference.x, v_ref = reference.v, f_ref = -reference.f_s;
+      } else if (active) {
+        const auto gate = [](double now, double goal, double step) { return std::clamp(goal, now - step, now + step); };
+        x_ref = std::clamp(gate(x_ref, command.x_ref / 8192.0, s.velocity_limit * 1e-3), s.range_min, s.range_max);
+        v_ref = gate(v_ref, command.v_ref / 1024.0, s.acceleration_limit * 1e-3);
+        f_ref = gate(f_ref, command.f_ref / 2048.0, s.force_rate_limit * 1e-3);
+      }
+    }
+    const McuOutput output = bench.loop(x, x_motor);
+    const double unit = encoder_unit_rad(s.joint_counts_per_rev);
+    reference.estimate(counts_of(x) * unit, counts_of(x_motor) * unit);
+    v_most = std::max(v_most, std::abs(reference.v));
+    tau_most = std::max(tau_most, std::abs(reference.tau_spring));
+    double u =
+        std::clamp(reference.v - s.spring_gain * reference.tau_spring, -s.motor_speed_limit, s.motor_speed_limit);
+    if (active) {
+      if (k % 2 == 1) x_ref = std::clamp(x_ref + v_ref * dt, s.range_min, s.range_max);
+      tau_allowed = std::min(tau_allowed + s.torque_limit / (s.ramp_s * s.loop_hz), s.torque_limit);
+      u = reference.control(x_ref, v_ref, f_ref, tau_allowed);
+    }
+
+    const double e_spring = kDelta * tau_most + 2 * s.spring * A + T;
+    const double e_v = 2 * kDelta * v_most + (1 / a_v + 2) * a_v / dt * A + V;
+    const double Jg = s.J_n * s.g, U = tau_most + Jg * v_most;
+    const double e_inertia = Jg * e_v + kDelta * Jg * v_most + T;
+    const double e_dis = 2 * e_inertia + e_spring + 2 * kDelta * U + T / a;
+    const double e_f = e_dis + s.viscous * e_v + T;
+    // References: exact after the first frames, then half a unit and delta |v| dt per interpolation.
+    const double e_tau = s.J_n * (s.K_p * (3 * A + kDelta * dt) + s.K_d * (e_v + V) + s.K_f * (e_f + T)) + e_dis +
+                         kDelta * (0.02 * 1.6 + 0.16 * 2 * v_most + 0.5 * (0.8 + tau_most)) + 4 * T + T * 200;
+    const double e_u = e_v + s.spring_gain * (e_tau + e_spring) + kDelta * s.motor_speed_limit + V;
+    ASSERT_NEAR(to_nm(bench.core.spring_torque()), reference.tau_spring, e_spring) << t;
+    ASSERT_NEAR(to_rad_s(bench.core.velocity()), reference.v, e_v) << t;
+    ASSERT_NEAR(to_nm(bench.core.disturbance_torque()), reference.tau_dis, e_dis) << t;
+    ASSERT_NEAR(to_nm(bench.core.reaction_torque()), reference.f_s, e_f) << t;
+    if (k < 100) continue;  // the gate started from estimates, not from exact references
+    ASSERT_EQ(output.state, State::kTrack);
+    ASSERT_NEAR(to_rad(bench.core.x_command()), x_ref, 3 * A + kDelta * dt) << t;
+    ASSERT_NEAR(to_nm(bench.core.torque_command()), reference.tau_command, e_tau) << t;
+    ASSERT_NEAR(to_rad_s(output.motor_velocity), u, e_u) << t;
+    worst_v = std::max(worst_v, std::abs(to_rad_s(bench.core.velocity()) - reference.v));
+    worst_f = std::max(worst_f, std::abs(to_nm(bench.core.reaction_torque()) - reference.f_s));
+    worst_tau = std::max(worst_tau, std::abs(to_nm(bench.core.torque_command()) - reference.tau_command));
+    worst_u = std::max(worst_u, std::abs(to_rad_s(output.motor_velocity) - u));
+  }
+  // Far below what a count of the telemetry shows (0.1 mN m) and an encoder count does (63 mrad/s).
+  EXPECT_LT(worst_f, 1e-4);
+  std::printf("worst: v %.2g rad/s, f_s %.2g N m, torque %.2g N m, motor %.2g rad/s\n", worst_v, worst_f, worst_tau,
+              worst_u);
+}
+
+TEST(McuCore, NothingMovesInSafeAtStartWhateverTheReferences) {
+  Bench bench;
+  for (int i = 0; i < 2000; ++i) {
+    bench.send(i % 2 ? Mode::kTrack : Mode::kTorque, 0.3, 1, 2);
+    const McuOutput output = bench.frame_time();
+    ASSERT_EQ(output.motor_velocity, 0);
+    ASSERT_EQ(output.state, State::kSafe);
+  }
+}
+
+TEST(McuCore, SafeDrivesTheSpringTorqueToZeroInBothDirections) {
+  for (const double sign : {1.0, -1.0}) {
+    Bench bench;
+    for (int i = 0; i < 100; ++i) bench.loop(0.1, 0.1 + sign * 0.02);
+    const double u = to_rad_s(bench.loop(0.1, 0.1 + sign * 0.02).motor_velocity);
+    EXPECT_NEAR(u, -sign * 10 * 10 * 0.02, 10 * 10 * 1.6e-4 * 2);
+  }
+}
+
+TEST(McuCore, OnlyASafeFrameAndThreeConsistentFramesStart) {
+  const auto state_after = [](auto frames) {
+    Bench bench;
+    frames(bench);
+    return bench.loop().state;
+  };
+  const auto track = [](Bench& bench, int count) {
+    for (int i = 0; i < count; ++i) bench.send(Mode::kTrack), bench.frame_time();
+  };
+  EXPECT_EQ(state_after([&](Bench& b) { track(b, 100); }), State::kSafe);
+  EXPECT_EQ(state_after([&](Bench& b) { b.send(Mode::kSafe), track(b, 2); }), State::kSafe);
+  EXPECT_EQ(state_after([&](Bench& b) { b.send(Mode::kSafe), track(b, 3); }), State::kTrack);
+  EXPECT_EQ(state_after([&](Bench& b) {
+              b.send(Mode::kSafe);
+              for (int i = 0; i < 3; ++i) b.send(Mode::kTorque), b.frame_time();
+            }),
+            State::kTorque);
+  // One frame lost, one of the other mode, one SAFE, a repeated number, a jump of the reference: counting starts again.
+  EXPECT_EQ(state_after([&](Bench& b) { b.send(Mode::kSafe), track(b, 2), ++b.seq, track(b, 2); }), State::kSafe);
+  EXPECT_EQ(state_after([&](Bench& b) { b.send(Mode::kSafe), track(b, 2), b.send(Mode::kTorque), track(b, 2); }),
+            State::kSafe);
+  EXPECT_EQ(state_after([&](Bench& b) { b.send(Mode::kSafe), track(b, 2), b.send(Mode::kSafe), track(b, 2); }),
+            State::kSafe);
+  EXPECT_EQ(state_after([&](Bench& b) { b.send(Mode::kSafe), track(b, 2), --b.seq, track(b, 2); }), State::kSafe);
+  for (int field = 0; field < 3; ++field) {
+    EXPECT_EQ(state_after([&](Bench& b) {
+                b.send(Mode::kSafe), track(b, 2);
+                b.send(Mode::kTrack, field == 0 ? 0.1 : 0, field == 1 ? 1.0 : 0, field == 2 ? 1.0 : 0), track(b, 2);
+              }),
+              State::kSafe);
+  }
+  EXPECT_EQ(state_after([&](Bench& b) { b.send(Mode::kSafe), track(b, 2), ++b.seq, track(b, 3); }), State::kTrack);
+  // The SAFE frame is forgotten with the link.
+  EXPECT_EQ(state_after([&](Bench& b) {
+              b.send(Mode::kSafe);
+              for (int i = 0; i < 41; ++i) b.loop();
+              track(b, 50);
+            }),
+            State::kSafe);
+  // Parameter frames are no sign of life and no edge.
+  EXPECT_EQ(state_after([&](Bench& b) { b.send(Mode::kConfig), track(b, 50); }), State::kSafe);
+}
+
+TEST(McuCore, WatchdogRampsFrom20MsAndIsSafeWithin50More) {
+  Bench bench;
+  bench.activate(Mode::kTorque);
+  // Loops until tau reaches 1 N m at 0.3 N m per frame.
+  for (int i = 0; i < 10; ++i) bench.send(Mode::kTorque, 0, 0, 1.0), bench.frame_time();
+  bench.send(Mode::kTorque, 0, 0, 1.0);
+  ASSERT_EQ(to_nm(bench.core.torque_command()), 1.0);
+  for (int k = 0; k < 200; ++k) {  // loop k is k/2 ms after the last frame
+    const McuOutput output = bench.loop();
+    const double tau = to_nm(bench.core.torque_command());
+    const double expected = k < 40 ? 1.0 : std::max(0.0, 1.0 - (k - 39) / 100.0);
+    ASSERT_NEAR(tau, expected, 1e-4) << k;
+    ASSERT_EQ(output.state, k < 139 ? State::kTorque : State::kSafe) << k;
+    ASSERT_EQ(bench.core.faults(), k < 40 ? 0 : kWatchdog);
+  }
+  EXPECT_EQ(bench.core.torque_command(), 0);
+}
+
+TEST(McuCore, AfterTheWatchdogOnlyTheExplicitEdgeStartsAgain) {
+  Bench bench;
+  bench.activate(Mode::kTrack);
+  for (int k = 0; k < 45; ++k) bench.loop();
+  for (int i = 0; i < 500; ++i) {  // the peer resumes during the ramp as if nothing had been
+    bench.send(Mode::kTrack);
+    const McuOutput output = bench.frame_time();
+    ASSERT_EQ(output.state, i > 50 ? State::kSafe : output.state);
+  }
+  EXPECT_EQ(bench.core.faults(), kWatchdog);
+  bench.send(Mode::kSafe), bench.frame_time();
+  for (int i = 0; i < 3; ++i) bench.send(Mode::kTrack), bench.frame_time();
+  EXPECT_EQ(bench.loop().state, State::kTrack);
+  EXPECT_EQ(bench.core.faults(), 0);
+}
+
+TEST(McuCore, ASafeFrameEndsActivityThroughTheRamp) {
+  Bench bench;
+  bench.activate(Mode::kTorque);
+  for (int i = 0; i < 10; ++i) bench.send(Mode::kTorque, 0, 0, -1.0), bench.frame_time();
+  bench.send(Mode::kSafe);
+  double previous = to_nm(bench.core.torque_command());
+  for (int k = 0; k < 100; ++k) {
+    bench.loop();
+    ASSERT_LE(std::abs(to_nm(bench.core.torque_command()) - previous), 0.01 + 1e-6);
+    previous = to_nm(bench.core.torque_command());
+  }
+  EXPECT_EQ(previous, 0.0);
+  EXPECT_EQ(bench.loop().state, State::kSafe);
+  EXPECT_EQ(bench.core.faults(), 0);
+}
+
+// Every forged frame is valid to the CRC. The worst that one can do is a step of each reference, or a stop.
+TEST(McuCore, OneForgedFrameMovesTheReferencesByAtMostOneStep) {
+  std::mt19937 random(9);
+  const McuSettings s;
+  Bench steady(s);
+  steady.activate(Mode::kTrack);
+  for (int n = 0; n < 10'000; ++n) {
+    Bench bench = steady;
+    std::uint8_t payload[kPayloadBytes], wire[kWireBytes];
+    for (auto& byte : payload) byte = static_cast<std::uint8_t>(random());
+    encode_frame(payload, wire);
+    for (const std::uint8_t byte : wire) bench.core.receive(byte);
+    const double x_step = s.velocity_limit * 1e-3, v_step = s.acceleration_limit * 1e-3,
+                 f_step = s.force_rate_limit * 1e-3;
+    for (int k = 0; k < 39; ++k) {  // however long it stays the newest
+      const McuOutput output = bench.loop();
+      ASSERT_LE(std::abs(to_rad(bench.core.x_command())), x_step + v_step / s.loop_hz + 1e-7);
+      ASSERT_LE(std::abs(to_rad_s(bench.core.v_command())), v_step + 1e-5);
+      ASSERT_LE(std::abs(to_nm(bench.core.f_command())), f_step + 1e-6);
+      const double tau = s.J_n * (s.K_p * x_step + s.K_d * v_step + s.K_f * f_step);
+      ASSERT_LE(std::abs(to_nm(bench.core.torque_command())), tau + 2e-3);
+      ASSERT_NE(output.state, State::kTorque);
+    }
+  }
+}
+
+TEST(McuCore, TheReferenceMovesOnOnceBetweenFramesAndThenWaits) {
+  Bench bench;
+  bench.activate(Mode::kTrack);
+  for (int i = 0; i < 10; ++i) bench.send(Mode::kTrack, 0, 1.0), bench.frame_time();
+  bench.send(Mode::kTrack, 0.001, 1.0);
+  bench.loop();
+  EXPECT_NEAR(to_rad(bench.core.x_command()), 8 / 8192.0, 1e-6);
+  bench.loop();
+  EXPECT_NEAR(to_rad(bench.core.x_command()), 8 / 8192.0 + 0.0005, 1e-6);
+  for (int k = 0; k < 30; ++k) bench.loop();
+  EXPECT_NEAR(to_rad(bench.core.x_command()), 8 / 8192.0 + 0.0005, 1e-6);
+}
+
+TEST(McuCore, ReferencesStayInsideTheRange) {
+  McuSettings settings;
+  settings.range_min = -0.1, settings.range_max = 0.2;
+  for (const double sign : {1.0, -1.0}) {
+    Bench bench(settings);
+    bench.activate(Mode::kTrack);
+    for (int i = 0; i < 500; ++i) bench.send(Mode::kTrack, sign * 0.9, sign * 3), bench.frame_time();
+    EXPECT_NEAR(to_rad(bench.core.x_command()), sign > 0 ? 0.2 : -0.1, 1e-7);
+  }
+}
+
+TEST(McuCore, TorqueIsLimitedInSizeAndRate) {
+  McuSettings settings;
+  settings.torque_limit = 1.5, settings.torque_rate_limit = 100;
+  for (const double sign : {1.0, -1.0}) {
+    Bench bench(settings);
+    bench.activate(Mode::kTorque);
+    double previous = 0;
+    for (int i = 0; i < 200; ++i) {
+      bench.send(Mode::kTorque, 0, 0, sign * 3.9);
+      for (int half = 0; half < 2; ++half) {
+        bench.loop();
+        const double tau = to_nm(bench.core.torque_command());
+        ASSERT_LE(std::abs(tau - previous), 0.05 + 1e-7);
+        ASSERT_LE(std::abs(tau), 1.5);
+        previous = tau;
+      }
+    }
+    EXPECT_EQ(previous, sign * 1.5);
+  }
+}
+
+TEST(McuCore, AnEncoderJumpStopsTheMotorUntilReset) {
+  for (const bool joint : {true, false}) {
+    Bench bench;
+    bench.activate(Mode::kTrack);
+    const double jump = 0.06;  // 100 rad/s is 0.05 rad per loop
+    McuOutput output = bench.loop(joint ? jump : 0, joint ? 0 : jump);
+    EXPECT_EQ(output.state, State::kFault);
+    EXPECT_EQ(output.motor_velocity, 0);
+    EXPECT_EQ(bench.core.faults(), joint ? kJointEncoder : kMotorEncoder);
+    for (int i = 0; i < 500; ++i) {
+      bench.send(i < 250 ? Mode::kSafe : Mode::kTrack, 0.1);
+      output = bench.frame_time();
+      ASSERT_EQ(output.state, State::kFault);
+      ASSERT_EQ(output.motor_velocity, 0);
+    }
+    bench.core = OrthosisMcu(make_mcu_params(bench.settings));
+    EXPECT_EQ(bench.loop().state, State::kSafe);
+  }
+}
+
+TEST(McuCore, CountsOutsideFourRadiansAreImplausible) {
+  for (const std::int32_t counts : {INT32_MIN, -13000, 13000, INT32_MAX}) {
+    Bench bench;
+    EXPECT_EQ(bench.core.step({counts, 0, 0, false}).state, State::kFault);
+    EXPECT_EQ(bench.core.step({0, counts, 0, false}).motor_velocity, 0);
+  }
+}
+
+TEST(McuCore, TooMuchSpringTorqueIsLatchedAndRelieved) {
+  Bench bench;
+  bench.activate(Mode::kTrack);
+  for (int i = 0; i < 40; ++i) bench.frame_time(0, 0.61 * i / 40), bench.send(Mode::kTrack);
+  EXPECT_EQ(bench.core.faults(), 0);
+  bench.frame_time(0, 0.61);
+  EXPECT_EQ(bench.core.faults(), kSpringTorque);
+  for (int k = 0; k < 120; ++k) bench.loop(0, 0.61);
+  const McuOutput output = bench.loop(0, 0.61);
+  EXPECT_EQ(output.state, State::kFault);
+  EXPECT_LT(to_rad_s(output.motor_velocity), -1.0);
+}
+
+TEST(McuCore, OverrunsAreCountedAndARunOfThemIsAFault) {
+  Bench bench;
+  bench.activate(Mode::kTrack);
+  for (int i = 0; i < 200; ++i) bench.send(Mode::kTrack), bench.loop(0, 0, i % 10 != 0), bench.loop(0, 0, false);
+  EXPECT_EQ(bench.core.faults(), 0);
+  for (int k = 0; k < 20; ++k) bench.send(Mode::kTrack), bench.loop(0, 0, true);
+  EXPECT_EQ(bench.core.faults(), kOverrun);
+}
+
+TEST(McuCore, SurvivesAnyInputWithBoundedOutput) {
+  std::mt19937 random(11);
+  for (int run = 0; run < 200; ++run) {
+    McuSettings settings;
+    settings.encoder_speed_fault = 4000;  // so that wild angles reach the arithmetic
+    settings.spring_torque_fault = 15;
+    Bench bench(settings);
+    for (int k = 0; k < 500; ++k) {
+      bench.send(k < 4 ? Mode::kSafe : Mode::kTrack, static_cast<double>(random() % 2000) * 1e-3 - 1,
+                 static_cast<double>(random() % 16) - 8, static_cast<double>(random() % 8) - 4);
+      if (run % 2) bench.core.receive(static_cast<std::uint8_t>(random()));
+      const double centre = run % 3 ? 0 : 3.9;
+      const McuOutput output = bench.core.step({counts_of(centre) + static_cast<std::int32_t>(random() % 5000) - 2500,
+                                                counts_of(centre) + static_cast<std::int32_t>(random() % 5000) - 2500,
+                                                static_cast<std::int8_t>(random()), random() % 4 == 0});
+      ASSERT_LE(std::abs(to_rad_s(output.motor_velocity)), settings.motor_speed_limit);
+      ASSERT_LE(std::abs(to_nm(bench.core.torque_command())), settings.torque_limit);
+    }
+  }
+}
+
+TEST(McuCore, TelemetrySaysWhatTheCoreKnowsAtHalfTheLoopRate) {
+  Bench bench;
+  bench.activate(Mode::kTrack, 0.2);
+  FrameDecoder decoder;
+  SlowValues slow;
+  int frames = 0;
+  std::uint8_t wire[kWireBytes];
+  bench.core.receive(7), bench.core.receive(0);
+  for (int k = 0; k < 200; ++k) {
+    if (k % 2 == 0) bench.send(Mode::kTrack, 0.2);
+    const McuOutput output = bench.loop(0.2, 0.24, k % 50 == 0);
+    if (!bench.core.telemetry(wire)) continue;
+    ++frames;
+    bool complete = false;
+    for (const std::uint8_t byte : wire) complete = decoder.push(byte);
+    ASSERT_TRUE(complete);
+    const Telemetry telemetry = unpack_telemetry(decoder.payload());
+    slow.take(telemetry);
+    const SlowPage page = slow_page(telemetry.seq);
+    if (page == SlowPage::kCommandEcho) {
+      ASSERT_EQ(slow.command_seq(), (bench.seq - 1) & 15);
+    }
+    if (page == SlowPage::kMotorSpeedCommand) {
+      ASSERT_NEAR(slow.motor_speed_command_rad_s(), to_rad_s(output.motor_velocity), 0.5 / 16);
+    }
+    ASSERT_EQ(telemetry.state, State::kTrack);
+    ASSERT_NEAR(angle_rad(telemetry), 0.2, 1.6e-4 + 0.5e-4);
+  }
+  EXPECT_EQ(frames, 100);
+  EXPECT_NEAR(slow.spring_torque_nm(), 0.4, 10 * 3.2e-4);
+  EXPECT_NEAR(slow.motor_angle_rad(), 0.24, 1.6e-4 + 0.5e-4);
+  EXPECT_EQ(slow.temperature_c(), 25);
+  EXPECT_EQ(slow.faults(), 0);
+  EXPECT_EQ(slow.framing_errors(), 1);
+  EXPECT_EQ(slow.crc_errors(), 0);
+  EXPECT_EQ(slow.overruns(), 4);
+  EXPECT_EQ(slow.firmware(), 1);
+}
+
+}  // namespace
+}  // namespace farhand::mcu

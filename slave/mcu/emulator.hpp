@@ -1,0 +1,93 @@
+// The orthosis without hardware: the MCU core as it runs in the firmware, on the simulated series-elastic orthosis, in
+// virtual time by whole MCU loops.
+#pragma once
+
+#include <cmath>
+
+#include "common/plant/series_elastic_world.hpp"
+#include "slave/mcu/mcu_params.hpp"
+#include "slave/mcu/serial_line.hpp"
+
+namespace farhand {
+
+class OrthosisEmulator {
+ public:
+  struct Params {
+    mcu::McuSettings mcu;
+    SeriesElasticWorld::Params world;
+  };
+
+  // Throws std::invalid_argument if a parameter does not fit the core or the world.
+  explicit OrthosisEmulator(const Params& params)
+      : core_params_(mcu::make_mcu_params(params.mcu)),
+        core_(core_params_),
+        world_(params.world),
+        loop_s_(1.0 / params.mcu.loop_hz),
+        joint_unit_rad_(mcu::encoder_unit_rad(params.world.actuator.joint_counts_per_rev)),
+        motor_unit_rad_(mcu::encoder_unit_rad(params.world.actuator.motor_counts_per_rev)) {}
+
+  void receive(std::uint8_t byte) noexcept { core_.receive(byte); }
+
+  // One MCU loop: the world moves up to it under the last command, then the core reads its encoders. True when `wire`
+  // holds a frame to send. The first tick is at 0 s.
+  bool tick(std::uint8_t wire[mcu::kWireBytes]) noexcept {
+    if (ticks_ > 0) world_.advance(mcu::to_rad_s(output_.motor_velocity), loop_s_ * (ticks_ - 1), loop_s_ * ticks_);
+    ++ticks_;
+    mcu::McuInput input{};
+    input.joint_counts = static_cast<std::int32_t>(std::lround(world_.encoder() / joint_unit_rad_));
+    input.motor_counts = static_cast<std::int32_t>(std::lround(world_.motor_encoder() / motor_unit_rad_));
+    input.temperature_c = 25;
+    output_ = core_.step(input);
+    return core_.telemetry(wire);
+  }
+
+  // The MCU restarts, as after a brown-out; the motor stands until its next loop.
+  void reset_mcu() noexcept {
+    core_ = mcu::OrthosisMcu(core_params_);
+    output_ = {};
+  }
+
+  // Time of the next tick.
+  Nanoseconds next_tick() const noexcept { return from_seconds(loop_s_ * ticks_); }
+  const mcu::OrthosisMcu& core() const noexcept { return core_; }
+  const mcu::McuOutput& output() const noexcept { return output_; }
+  const SeriesElasticWorld& world() const noexcept { return world_; }
+
+ private:
+  mcu::McuParams core_params_;
+  mcu::OrthosisMcu core_;
+  SeriesElasticWorld world_;
+  double loop_s_, joint_unit_rad_, motor_unit_rad_;
+  double ticks_ = 0;
+  mcu::McuOutput output_{};
+};
+
+// The emulator at the end of its serial cable: what the PC's port sees in virtual time.
+class OrthosisOnSerial {
+ public:
+  OrthosisOnSerial(const OrthosisEmulator::Params& params, double serial_one_way_s)
+      : emulator_(params), to_mcu_(serial_one_way_s), to_pc_(serial_one_way_s) {}
+
+  void send(const std::uint8_t* bytes, std::size_t count, Nanoseconds now) noexcept { to_mcu_.send(bytes, count, now); }
+  bool receive(Nanoseconds now, std::uint8_t& byte) noexcept { return to_pc_.receive(now, byte); }
+
+  // All MCU loops up to and including `now`.
+  void advance(Nanoseconds now) noexcept {
+    while (emulator_.next_tick() <= now) {
+      const Nanoseconds tick = emulator_.next_tick();
+      std::uint8_t byte = 0;
+      while (to_mcu_.receive(tick, byte)) emulator_.receive(byte);
+      std::uint8_t wire[mcu::kWireBytes];
+      if (emulator_.tick(wire)) to_pc_.send(wire, mcu::kWireBytes, tick);
+    }
+  }
+
+  OrthosisEmulator& emulator() noexcept { return emulator_; }
+  const OrthosisEmulator& emulator() const noexcept { return emulator_; }
+
+ private:
+  OrthosisEmulator emulator_;
+  SerialLine to_mcu_, to_pc_;
+};
+
+}  // namespace farhand

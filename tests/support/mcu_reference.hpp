@@ -1,0 +1,52 @@
+// The law of the orthosis MCU in double precision, written from the equations and not from the core: what its scaled
+// integers are judged by. TRACK only, after the start; no frames, no states.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "slave/mcu/mcu_params.hpp"
+
+namespace farhand::mcu {
+
+class McuReference {
+ public:
+  explicit McuReference(const McuSettings& settings) : s(settings) {}
+
+  void estimate(double x_new, double x_motor) {
+    const double dt = 1 / s.loop_hz;
+    x = x_new;
+    tau_spring = s.spring * (x_motor - x);
+    if (!started_) {
+      started_ = true;
+      x_previous_ = x;
+      dob_ = rtob_ = tau_spring;
+    }
+    // Band-limited derivative as the difference quotient through a backward-Euler low-pass, not telescoped.
+    v += s.g_v * dt / (1 + s.g_v * dt) * ((x - x_previous_) / dt - v);
+    x_previous_ = x;
+    const double a = s.g * dt / (1 + s.g * dt);
+    dob_ += a * (tau_spring + s.J_n * s.g * v - dob_);
+    rtob_ += a * (tau_spring - s.viscous * v + s.J_n * s.g * v - rtob_);
+    tau_dis = dob_ - s.J_n * s.g * v;
+    f_s = rtob_ - s.J_n * s.g * v;
+  }
+
+  // tau_allowed: what the start ramp leaves of the torque limit.
+  double control(double x_ref, double v_ref, double f_ref, double tau_allowed) {
+    const double a_ref = s.K_p * (x_ref - x) + s.K_d * (v_ref - v) - s.K_f * (f_ref + f_s);
+    const double wanted = std::clamp(s.J_n * a_ref + tau_dis, -tau_allowed, tau_allowed);
+    const double step = s.torque_rate_limit / s.loop_hz;
+    tau_command = std::clamp(wanted, tau_command - step, tau_command + step);
+    return std::clamp(v + s.spring_gain * (tau_command - tau_spring), -s.motor_speed_limit, s.motor_speed_limit);
+  }
+
+  McuSettings s;
+  double x = 0, v = 0, tau_spring = 0, tau_dis = 0, f_s = 0, tau_command = 0;
+
+ private:
+  bool started_ = false;
+  double x_previous_ = 0, dob_ = 0, rtob_ = 0;
+};
+
+}  // namespace farhand::mcu
