@@ -197,5 +197,232 @@ TEST(McuLoop, AWallIsStable) {
   EXPECT_NEAR(f, 400 * 0.15 / 125, 0.02 * 0.48);  // K_p (x_ref - x) = K_f f
 }
 
+// Without the master's force only K_p (x_ref - x) = a is left to accelerate the joint: the same law, seen from its
+// error.
+TEST(McuLoop, TrackingErrorWithoutForceReferenceIsTheAccelerationOverK_p) {
+  Session session;
+  session.start();
+  double highest = 0;
+  const auto references = [](double t) {
+    References r = sine(t);
+    r.f = 0;
+    return r;
+  };
+  session.run(8.1, references, [&](double t) {
+    if (t > 4) highest = std::max(highest, std::abs(session.world().true_x() - sine(t - 1.5e-3).x));
+  });
+  EXPECT_NEAR(highest, 0.25 * M_PI * M_PI / 400, 1.5e-3);
+}
+
+// Ideal encoders, so that a count that falls differently does not part the two runs.
+TEST(McuLoop, ClosedLoopEqualsTheDoublePrecisionLaw) {
+  OrthosisEmulator::Params params = with_hand(5);
+  params.mcu.joint_counts_per_rev = params.mcu.motor_counts_per_rev = 0;
+  params.world.actuator.joint_counts_per_rev = params.world.actuator.motor_counts_per_rev = 0;
+  OrthosisEmulator emulator(params);
+  mcu::McuReference law(params.mcu);
+  SeriesElasticWorld world(params.world);
+  double u = 0, x_ref = 0, v_ref = 0, f_ref = 0, worst_x = 0, worst_f = 0;
+  std::uint8_t wire[mcu::kWireBytes], seq = 0;
+  for (int k = 0; k < 10'000; ++k) {
+    const double t = k * 0.5e-3;
+    if (k % 2 == 0) {
+      References r = ramp(t, 0.2);
+      if (t > 3) r = sine(t + 0.1 - 3), r.x = 0.2 - 0.5 * r.x, r.v = -0.5 * r.v;
+      r.f = -5 * r.x;
+      const mcu::Command command = mcu::make_command(k < 10 ? Mode::kSafe : Mode::kTrack, seq++, r.x, r.v, r.f);
+      mcu::encode(command, wire);
+      for (const std::uint8_t byte : wire) emulator.receive(byte);
+      const auto gate = [](double now, double goal, double step) { return std::clamp(goal, now - step, now + step); };
+      x_ref = gate(x_ref, command.x_ref / 8192.0, 4e-3);
+      v_ref = gate(v_ref, command.v_ref / 1024.0, 0.4);
+      f_ref = gate(f_ref, command.f_ref / 2048.0, 0.3);
+    } else {
+      x_ref += v_ref * 0.5e-3;
+    }
+    if (k > 0) world.advance(u, (k - 1) * 0.5e-3, k * 0.5e-3);
+    law.estimate(world.encoder(), world.motor_encoder());
+    u = law.control(x_ref, v_ref, f_ref, 3);
+    emulator.tick(wire);
+    worst_x = std::max(worst_x, std::abs(emulator.world().true_x() - world.true_x()));
+    worst_f = std::max(worst_f, std::abs(mcu::to_nm(emulator.core().reaction_torque()) - law.f_s));
+  }
+  std::printf("fixed point against double, closed loop: x %.2f urad, f_s %.2f uN m\n", worst_x * 1e6, worst_f * 1e6);
+  // Eight gains, each off by 2^-16 of itself at most, at 0.3 rad and 1.5 N m.
+  EXPECT_LE(worst_x, 8 * 0.3 / 65536);
+  EXPECT_LE(worst_f, 8 * 1.5 / 65536);
+  EXPECT_NEAR(world.true_x(), 0.2, 0.01);
+}
+
+TEST(McuLoop, NothingMovesInSafeWhateverThePcSays) {
+  Session session(with_hand(2));
+  session.run(1.0, [](double) { return References{Mode::kSafe, 0.2, 1, 1}; });
+  session.run(2.0, [](double t) {
+    return References{std::lround(t * 1e3) % 3 == 0 ? Mode::kTrack : Mode::kTorque, 0.2, 0, -1};
+  });
+  EXPECT_EQ(session.state(), State::kSafe);
+  EXPECT_NEAR(session.world().true_x(), 0, 1e-9);
+  EXPECT_NEAR(session.frames, 1999, 2);
+}
+
+TEST(McuLoop, ThePatientMovesFreelyInSafe) {
+  OrthosisEmulator::Params params;
+  params.world.environment.hand =
+      Hand::Params{2, 0.02, 0.25, 1.0, 1e9};  // a hand that wants to 0.25 rad, put in at 1 s
+  Session session(params);
+  double most = 0;
+  session.run(
+      4.0, [](double) { return References{Mode::kSafe}; },
+      [&](double t) {
+        if (t > 1.5) most = std::max(most, std::abs(session.world().true_spring_torque()));
+      });
+  EXPECT_NEAR(session.world().true_x(), 0.25, 2e-3);
+  EXPECT_LE(most, 0.25);  // at up to 1.5 rad/s; the spring loop drags by v / (10 rad/s per N m)
+  EXPECT_NEAR(session.world().true_spring_torque(), 0, 4e-3);  // one motor count
+}
+
+TEST(McuLoop, NothingJumpsAtTheStartOfTrack) {
+  for (const double asked : {0.05, 0.2}) {  // where the joint is, and far from it
+    Session session;
+    session.run(0.02, [&](double) { return References{Mode::kSafe, asked}; });
+    double x_command = 0, tau = 0, u = 0, x = 0;
+    bool active = false;
+    for (int k = 0; k < 400; ++k) {
+      if (k % 2 == 0)
+        session.run(to_seconds(session.now + kMillisecond), [&](double) { return References{Mode::kTrack, asked}; });
+      const mcu::OrthosisMcu& core = session.core();
+      if (session.state() == State::kTrack && !active) {
+        active = true;
+        EXPECT_NEAR(mcu::to_rad(core.x_command()), session.world().true_x(),
+                    0.0042);  // at most one step after the start
+        EXPECT_LE(std::abs(mcu::to_nm(core.torque_command())), 2 * 0.03 + 1e-6);
+      }
+      // Over the two loops of a millisecond: two loops of the start ramp and 8 mrad of the gate.
+      EXPECT_LE(std::abs(mcu::to_rad(core.x_command()) - x_command), 0.0042);
+      if (session.now < from_seconds(0.07)) {
+        EXPECT_LE(std::abs(mcu::to_nm(core.torque_command()) - tau), 0.13);
+      }
+      EXPECT_LE(std::abs(session.world().true_x() - x), 4e-3);
+      x_command = mcu::to_rad(core.x_command()), tau = mcu::to_nm(core.torque_command());
+      u = mcu::to_rad_s(session.orthosis.emulator().output().motor_velocity), x = session.world().true_x();
+    }
+    EXPECT_TRUE(active);
+    EXPECT_LE(std::abs(u), 4);
+  }
+  Session aligned;
+  double most = 0;
+  aligned.run(0.02, [](double) { return References{Mode::kSafe}; });
+  aligned.run(
+      1.0, [](double) { return References{}; },
+      [&](double) { most = std::max(most, std::abs(aligned.world().true_x())); });
+  EXPECT_EQ(aligned.state(), State::kTrack);
+  EXPECT_LE(most, 1e-9);
+}
+
+TEST(McuLoop, ACutCableRampsTheTorqueOutAndOnlyTheEdgeBringsItBack) {
+  Session session(with_hand(5));
+  session.start();
+  const auto press = [](double t) {
+    References r = ramp(t, 0.3);
+    r.f = -5 * r.x;
+    return r;
+  };
+  session.run(3.0, press);
+  const Nanoseconds arrived = session.now - kMillisecond + 1'500'000;  // of the last frame
+  session.connected = false;
+  double previous = mcu::to_nm(session.core().torque_command());
+  ASSERT_NEAR(previous, 1.5, 0.02);
+  for (Nanoseconds tick = session.now; tick < arrived + 100 * kMillisecond; tick += kMillisecond / 2) {
+    session.orthosis.advance(tick);
+    const Nanoseconds silent = tick - arrived;
+    const double tau = mcu::to_nm(session.core().torque_command());
+    ASSERT_EQ(session.core().faults(), silent < 20 * kMillisecond ? 0 : mcu::kWatchdog) << silent;
+    if (silent >= 20 * kMillisecond) {
+      ASSERT_LE(tau, previous + 1e-9);
+      ASSERT_LE(previous - tau, 1.52 / 100 + 1e-6);
+    }
+    const bool over = silent >= 69'500'000;
+    ASSERT_EQ(session.state(), over ? State::kSafe : State::kTrack) << silent;
+    ASSERT_EQ(tau == 0.0, over) << silent;
+    previous = tau;
+  }
+  session.now = arrived + 100 * kMillisecond;
+  session.connected = true;
+  session.run(4.0, press);  // the PC resumes as if nothing had been
+  EXPECT_EQ(session.state(), State::kSafe);
+  EXPECT_NEAR(session.world().true_spring_torque(), 0, 0.02);
+  session.run(4.1, [](double) { return References{Mode::kSafe, 0}; });
+  const double x = session.world().true_x();
+  session.run(5.0, [&](double) { return References{Mode::kTrack, x, 0, 0}; });
+  EXPECT_EQ(session.state(), State::kTrack);
+  EXPECT_NEAR(session.world().true_x(), x, 2e-3);
+}
+
+TEST(McuLoop, AnMcuThatRestartsStaysSafeUntilTheEdge) {
+  Session session(with_hand(2));
+  session.start();
+  const auto press = [](double t) {
+    References r = ramp(t, 0.2);
+    r.f = -2 * r.x;
+    return r;
+  };
+  session.run(2.0, press);
+  EXPECT_NEAR(session.world().true_x(), 0.2, 1e-3);
+  session.orthosis.emulator().reset_mcu();
+  session.run(3.0, press);
+  EXPECT_EQ(session.state(), State::kSafe);
+  EXPECT_EQ(session.telemetry.state, State::kSafe);  // the PC sees it
+  EXPECT_NEAR(session.world().true_spring_torque(), 0, 4e-3);
+  session.run(3.01, [](double) { return References{Mode::kSafe}; });
+  session.run(5.0, [](double t) {
+    References r = ramp(t - 2.91, 0.2);
+    r.f = -2 * r.x;
+    return r;
+  });
+  EXPECT_EQ(session.state(), State::kTrack);
+  EXPECT_NEAR(session.world().true_x(), 0.2, 1e-3);
+}
+
+TEST(McuLoop, OneForgedFrameHardlyMovesTheJoint) {
+  for (const double sign : {1.0, -1.0}) {
+    Session session(with_hand(2));
+    session.start();
+    double before = 0, most = 0;
+    const auto hold = [](double t) {
+      References r = ramp(t, 0.2);
+      r.f = -2 * r.x;
+      return r;
+    };
+    session.run(3.0, hold);
+    before = session.world().true_x();
+    session.run(3.001, [&](double) { return References{Mode::kTrack, sign, 8 * sign, -4 * sign}; });
+    session.run(4.0, hold, [&](double) { most = std::max(most, std::abs(session.world().true_x() - before)); });
+    std::printf("a forged frame moves the joint by %.3f mrad\n", most * 1e3);
+    EXPECT_LE(most, 2e-3);
+    EXPECT_NEAR(session.world().true_x(), before, 3.2e-4);
+  }
+}
+
+TEST(McuLoop, ANoisyCableCostsFramesAndNotTheSession) {
+  Session session;
+  session.start();
+  std::uint32_t random = 1;
+  double worst = 0;
+  for (int ms = 0; ms < 6000; ++ms) {
+    random = random * 1664525u + 1013904223u;
+    if ((random >> 8) % 20 == 0) {  // noise on 5 % of the frames, both on its own and into the frame after it
+      const std::uint8_t noise[2] = {static_cast<std::uint8_t>(random >> 24), static_cast<std::uint8_t>(random >> 16)};
+      session.orthosis.send(noise, sizeof noise, session.now);
+    }
+    session.run(to_seconds(session.now + kMillisecond), [](double t) { return sine(t); });
+    if (ms > 900) worst = std::max(worst, std::abs(session.world().true_x() - sine(to_seconds(session.now)).x));
+  }
+  std::printf("5 %% of the frames hit: worst error %.3f mrad, %d framing and %d CRC errors\n", worst * 1e3,
+              session.core().decoder().framing_errors(), session.core().decoder().crc_errors());
+  EXPECT_EQ(session.state(), State::kTrack);
+  EXPECT_GT(session.core().decoder().framing_errors(), 200);
+  EXPECT_LE(worst, 3e-3);
+}
+
 }  // namespace
 }  // namespace farhand
