@@ -1,0 +1,227 @@
+#include "common/record/export.hpp"
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+#include <google/protobuf/text_format.h>
+
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <system_error>
+
+#include "common/record/mat_file.hpp"
+#include "common/record/mcap_reader.hpp"
+#include "common/signal/joints.hpp"
+#include "record.pb.h"
+
+namespace farhand {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+
+std::ofstream create(const std::filesystem::path& file) {
+  std::ofstream out(file, std::ios::binary);
+  if (!out) throw std::runtime_error("cannot write " + file.string() + ": " + std::strerror(errno));
+  return out;
+}
+
+void finish(std::ofstream& out, const std::filesystem::path& file) {
+  out.close();
+  if (!out) throw std::runtime_error("cannot write " + file.string() + ": " + std::strerror(errno));
+}
+
+// What one topic is made of. The messages are ours, so their types are the ones compiled in.
+struct Table {
+  explicit Table(const Message& prototype) : message(prototype.New()) {
+    for (int i = 0; i < prototype.GetDescriptor()->field_count(); ++i) {
+      const FieldDescriptor* field = prototype.GetDescriptor()->field(i);
+      if (!field->is_repeated() && field->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) fields.push_back(field);
+    }
+  }
+
+  std::unique_ptr<Message> message;
+  std::vector<const FieldDescriptor*> fields;
+};
+
+bool is_text(const FieldDescriptor* field) { return field->cpp_type() == FieldDescriptor::CPPTYPE_STRING; }
+
+// Calls `take` with the value of a number field in its own type.
+template <class Take>
+void with_number(const Message& message, const FieldDescriptor* field, const Take& take) {
+  const auto* get = message.GetReflection();
+  switch (field->cpp_type()) {
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      return take(get->GetDouble(message, field));
+    case FieldDescriptor::CPPTYPE_INT64:
+      return take(get->GetInt64(message, field));
+    case FieldDescriptor::CPPTYPE_UINT64:
+      return take(get->GetUInt64(message, field));
+    case FieldDescriptor::CPPTYPE_UINT32:
+      return take(get->GetUInt32(message, field));
+    case FieldDescriptor::CPPTYPE_BOOL:
+      return take(get->GetBool(message, field) ? std::uint32_t{1} : std::uint32_t{0});
+    default:
+      throw std::logic_error("record.proto has a field of a kind that is not exported: " + field->full_name());
+  }
+}
+
+bool known(const Message& message, const FieldDescriptor* field) {
+  return !field->has_presence() || message.GetReflection()->HasField(message, field);
+}
+
+double time_s(const Message& message, const FieldDescriptor* t_ns, Nanoseconds start) {
+  return to_seconds(message.GetReflection()->GetInt64(message, t_ns) - start);
+}
+
+// Walks a recording: `row` gets each message of a topic (without the leading slash) and its time.
+struct Walked {
+  record::RunInfo info;
+  std::vector<std::string> problems;
+};
+Walked walk(const std::filesystem::path& recording,
+            const std::function<void(const std::string& topic, const Table& table, double t_s)>& row) {
+  // Only these: a topic becomes the name of a file.
+  std::map<std::string, Table> tables;
+  tables.emplace("/master", record::StationSample::default_instance());
+  tables.emplace("/slave", record::StationSample::default_instance());
+  tables.emplace("/netem", record::LinkSample::default_instance());
+  tables.emplace("/mcu", record::McuSample::default_instance());
+  tables.emplace("/events", record::Event::default_instance());
+
+  Walked walked;
+  bool informed = false;
+  std::uint64_t unknown = 0;
+  const auto parse = [](const McapMessage& from, Message& into) {
+    return from.channel.schema_name == into.GetDescriptor()->full_name() &&
+           from.data.size() <= std::numeric_limits<int>::max() &&
+           into.ParseFromArray(from.data.data(), static_cast<int>(from.data.size()));
+  };
+  const auto read = [&](const McapMessage& message) {
+    if (message.channel.topic == "/info") {
+      informed = parse(message, walked.info) || informed;
+      return;
+    }
+    const auto found = tables.find(message.channel.topic);
+    if (found == tables.end() || !parse(message, *found->second.message)) {
+      ++unknown;
+      return;
+    }
+    const Table& table = found->second;
+    row(message.channel.topic.substr(1), table, time_s(*table.message, table.fields.front(), walked.info.start_ns()));
+  };
+  walked.problems = read_mcap(recording, read).problems;
+  if (!informed) {
+    throw std::runtime_error(recording.string() + " is no recording of farhand: nothing tells which run it is");
+  }
+  if (unknown > 0) {
+    walked.problems.push_back(recording.filename().string() + ": " + std::to_string(unknown) +
+                              " messages of a kind that is not known were left out");
+  }
+  return walked;
+}
+
+// Shortest text that reads back as the same number; std::to_chars knows no locale.
+template <class Number>
+void append_number(std::string& line, Number value) {
+  std::array<char, 32> text;
+  line.append(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr);
+}
+
+void append_quoted(std::string& line, const std::string& text) {
+  line.push_back('"');
+  for (const char c : text) line.append(c == '"' ? 2 : 1, c);
+  line.push_back('"');
+}
+
+}  // namespace
+
+Exported export_csv(const std::filesystem::path& recording, const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) throw std::runtime_error("cannot make " + directory.string() + ": " + error.message());
+  std::map<std::string, std::ofstream> files;
+  std::string line;
+  const Walked walked = walk(recording, [&](const std::string& topic, const Table& table, double t_s) {
+    const auto [file, is_new] = files.try_emplace(topic);
+    line.clear();
+    if (is_new) {
+      file->second = create(directory / (topic + ".csv"));
+      line = "t_s";
+      for (const FieldDescriptor* field : table.fields) line.append(",").append(field->name());
+      line.push_back('\n');
+    }
+    append_number(line, t_s);
+    for (const FieldDescriptor* field : table.fields) {
+      line.push_back(',');
+      if (is_text(field)) {
+        append_quoted(line, table.message->GetReflection()->GetString(*table.message, field));
+      } else if (known(*table.message, field)) {
+        with_number(*table.message, field, [&](auto value) { append_number(line, value); });
+      }
+    }
+    line.push_back('\n');
+    file->second.write(line.data(), static_cast<std::streamsize>(line.size()));
+  });
+
+  Exported exported{{}, walked.problems};
+  for (auto& [topic, out] : files) {
+    exported.files.push_back(directory / (topic + ".csv"));
+    finish(out, exported.files.back());
+  }
+  std::string info;
+  google::protobuf::TextFormat::PrintToString(walked.info, &info);
+  exported.files.push_back(directory / "info.txtpb");
+  std::ofstream out = create(exported.files.back());
+  out << info;
+  finish(out, exported.files.back());
+  return exported;
+}
+
+Exported export_mat(const std::filesystem::path& recording, const std::filesystem::path& mat_file) {
+  struct Matrix {
+    std::vector<std::string> names;
+    std::vector<std::vector<double>> columns;
+    std::map<std::string, std::vector<std::string>> texts;
+  };
+  std::map<std::string, Matrix> matrices;
+  const Walked walked = walk(recording, [&](const std::string& topic, const Table& table, double t_s) {
+    Matrix& matrix = matrices[topic];
+    if (matrix.names.empty()) {
+      matrix.names.push_back("t_s");
+      for (const FieldDescriptor* field : table.fields) {
+        if (!is_text(field)) matrix.names.push_back(field->name());
+      }
+      matrix.columns.resize(matrix.names.size());
+    }
+    auto column = matrix.columns.begin();
+    (column++)->push_back(t_s);
+    for (const FieldDescriptor* field : table.fields) {
+      if (is_text(field)) {
+        matrix.texts[field->name()].push_back(table.message->GetReflection()->GetString(*table.message, field));
+      } else if (!known(*table.message, field)) {
+        (column++)->push_back(std::numeric_limits<double>::quiet_NaN());
+      } else {
+        with_number(*table.message, field, [&](auto value) { (column++)->push_back(static_cast<double>(value)); });
+      }
+    }
+  });
+
+  std::ofstream out = create(mat_file);
+  for (const auto& [topic, matrix] : matrices) {
+    mat::write_doubles(out, topic, matrix.columns);
+    mat::write_text(out, topic + "_columns", matrix.names);
+    for (const auto& [field, lines] : matrix.texts) mat::write_text(out, topic + "_" + field, lines);
+  }
+  finish(out, mat_file);
+  return {{mat_file}, walked.problems};
+}
+
+}  // namespace farhand

@@ -1,0 +1,149 @@
+#include "common/record/merge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+namespace farhand {
+namespace {
+
+constexpr Nanoseconds kNever = std::numeric_limits<Nanoseconds>::max();
+
+Nanoseconds fastest_transit(const Recorded::Series<StationSample>& arrivals) {
+  Nanoseconds fastest = kNever;
+  for (const auto& [t, sample] : arrivals) {
+    if (sample.newest_peer_arrival_ns == 0) continue;
+    fastest = std::min(fastest, sample.newest_peer_arrival_ns - sample.newest_peer_send_ns);
+  }
+  return fastest;
+}
+
+// The emulator ticks at its own pace: its world is read between its ticks.
+void add_true_world(const Recorded::Series<McuSample>& mcu, Recorded::Series<StationSample>& slave) {
+  auto after = mcu.begin();
+  for (auto& [t, sample] : slave) {
+    while (after != mcu.end() && after->first < t) ++after;
+    if (after == mcu.end() || (after == mcu.begin() && after->first != t)) continue;  // outside: stays unknown
+    const auto before = after == mcu.begin() ? after : after - 1;
+    const Nanoseconds span = after->first - before->first;
+    const double part = span > 0 ? static_cast<double>(t - before->first) / static_cast<double>(span) : 1;
+    const auto between = [&](double McuSample::*field) {
+      return before->second.*field + part * (after->second.*field - before->second.*field);
+    };
+    sample.true_x_rad = between(&McuSample::true_x_rad);
+    sample.true_v_rad_s = between(&McuSample::true_v_rad_s);
+    sample.true_f_nm = between(&McuSample::true_f_nm);
+  }
+}
+
+bool knows_true_world(const Recorded::Series<StationSample>& samples) {
+  return std::any_of(samples.begin(), samples.end(),
+                     [](const auto& timed) { return !std::isnan(timed.second.true_x_rad); });
+}
+
+std::string milliseconds(double s) { return std::to_string(s * 1e3) + " ms"; }
+
+}  // namespace
+
+ClockOffset estimate_clock_offset(const Recorded::Series<StationSample>& master,
+                                  const Recorded::Series<StationSample>& slave) {
+  const Nanoseconds forward = fastest_transit(slave), back = fastest_transit(master);
+  if (forward == kNever || back == kNever) return {0, std::numeric_limits<double>::infinity()};
+  // Halved before the sum: the offset of two hosts' clocks may be large.
+  return {to_seconds(back) / 2 - to_seconds(forward) / 2, std::abs(to_seconds(forward + back)) / 2};
+}
+
+Session merge_recordings(const std::filesystem::path& directory) {
+  Session session;
+  const auto remark = [&](const std::string& who, const std::string& text) {
+    session.events.push_back({0, who, text});
+  };
+  const auto load = [&](const std::string& role) -> std::optional<Recorded> {
+    std::filesystem::path file = directory / (role + ".mcap");
+    if (!std::filesystem::exists(file)) file += ".part";
+    if (!std::filesystem::exists(file)) return std::nullopt;
+    try {
+      Recorded recorded = read_recording(file);
+      for (const std::string& problem : recorded.problems) remark(role, "recording " + problem);
+      return recorded;
+    } catch (const std::runtime_error& error) {
+      remark(role, error.what());
+      return std::nullopt;
+    }
+  };
+  std::optional<Recorded> master = load("master"), slave = load("slave");
+  const std::optional<Recorded> netem = load("netem"), mcu = load("mcu");
+  if (!master && !slave) {
+    throw std::runtime_error(directory.string() + " holds no readable recording of a master or a slave" +
+                             (session.events.empty() ? "" : ": " + session.events.front().text));
+  }
+  for (const auto& [recorded, role] : {std::pair{&master, "master"}, std::pair{&slave, "slave"}}) {
+    if (!*recorded) remark(role, "there is no recording of this side");
+  }
+
+  const record::RunInfo& run = (master ? *master : *slave).info;
+  session.scene_name = run.scene_name();
+  session.scene_text = run.scene_text();
+  session.seed = run.seed();
+  session.deterministic = run.deterministic();
+
+  // The emulator shares the slave's host, so its stamps are the slave's clock.
+  if (mcu && slave && !knows_true_world(slave->slave)) add_true_world(mcu->mcu, slave->slave);
+
+  Nanoseconds shift = 0;  // slave's clock to master's, in integers: both clocks may be large
+  if (master && slave) {
+    const std::string& clock = master->info.clock_id();
+    if (clock.empty() || clock != slave->info.clock_id()) {
+      const ClockOffset clocks = estimate_clock_offset(master->master, slave->slave);
+      if (std::isinf(clocks.bound_s)) {
+        // Nothing better than what the hosts believe to be the time of day.
+        shift = (master->info.start_utc_ns() - master->info.start_ns()) -
+                (slave->info.start_utc_ns() - slave->info.start_ns());
+        remark("slave", "packets did not pass in both directions: clocks are aligned by the time of day");
+      } else {
+        shift = from_seconds(clocks.offset_s);
+      }
+      session.clock_offset_s = to_seconds(shift);
+      session.clock_offset_bound_s = clocks.bound_s;
+      if (clocks.bound_s < std::numeric_limits<double>::infinity()) {
+        remark("slave", "clock aligned to the master's within +- " + milliseconds(clocks.bound_s));
+      }
+    }
+  }
+
+  const Nanoseconds start = run.start_ns();
+  const auto place = [&](auto& series, Nanoseconds to_master, auto& into) {
+    into.reserve(series.size());
+    for (const auto& [t, sample] : series) into.emplace_back(sample).t_s = to_seconds(t + to_master - start);
+  };
+  const auto add_events = [&](const Recorded& recorded, Nanoseconds to_master) {
+    for (const record::Event& event : recorded.events) {
+      session.events.push_back({to_seconds(event.t_ns() + to_master - start), event.who(), event.text()});
+    }
+  };
+  const auto counters = [](const Recorded& recorded) {
+    return recorded.info.counters_size() > 0 ? decode(recorded.info.counters(0)) : StationCounters{};
+  };
+  if (master) {
+    place(master->master, 0, session.master);
+    add_events(*master, 0);
+    session.master_counters = counters(*master);
+  }
+  if (slave) {
+    place(slave->slave, shift, session.slave);
+    add_events(*slave, shift);
+    session.slave_counters = counters(*slave);
+  }
+  if (netem) {  // netem stands beside the master: a third clock is not aligned
+    place(netem->link, 0, session.link);
+    add_events(*netem, 0);
+  }
+  if (mcu) add_events(*mcu, shift);
+  std::stable_sort(session.events.begin(), session.events.end(),
+                   [](const SessionEvent& a, const SessionEvent& b) { return a.t_s < b.t_s; });
+  return session;
+}
+
+}  // namespace farhand

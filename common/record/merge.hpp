@@ -1,0 +1,27 @@
+// Brings the recordings of master, slave, netem and MCU emulator onto one axis of time: the master's clock, 0 at its
+// start.
+#pragma once
+
+#include <filesystem>
+
+#include "common/record/session_file.hpp"
+
+namespace farhand {
+
+// What is added to the slave's clock to get the master's. The true offset lies within +- bound, provided that both
+// clocks run at one rate; bound is infinite when packets were not received in both directions.
+struct ClockOffset {
+  double offset_s = 0, bound_s = 0;
+};
+
+// From the send and arrival stamps of the newest packets. A packet takes no negative time, so with slave = master +
+// theta the smallest arrival - send of all packets is at least theta forward and at least -theta on the way back:
+//   -min_return <= theta <= min_forward,  offset = -theta in the middle, half the smallest round trip to either side.
+ClockOffset estimate_clock_offset(const Recorded::Series<StationSample>& master,
+                                  const Recorded::Series<StationSample>& slave);
+
+// Reads master, slave, netem and mcu .mcap, or .mcap.part of a killed process, from `directory`. What is missing or
+// damaged becomes an event of the session. Throws std::runtime_error when neither station has a readable recording.
+Session merge_recordings(const std::filesystem::path& directory);
+
+}  // namespace farhand

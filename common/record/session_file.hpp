@@ -1,0 +1,40 @@
+// From recordings to a Session in memory and back: one process's file as it is, the merged session.mcap, and the
+// directory that a run keeps to itself.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/record/sample_codec.hpp"
+
+namespace farhand {
+
+// The content of one recording, on its own clock.
+struct Recorded {
+  template <class T>
+  using Series = std::vector<std::pair<Nanoseconds, T>>;
+
+  record::RunInfo info;  // the newest: with counters if the process ended cleanly
+  Series<StationSample> master, slave;
+  Series<LinkSample> link;
+  Series<McuSample> mcu;
+  std::vector<record::Event> events;
+  std::vector<std::string> problems;  // sentences about damage and a missing end
+};
+
+// Throws std::runtime_error when the file cannot be read or is no recording of ours; damage is told in `problems`.
+Recorded read_recording(const std::filesystem::path& file);
+
+// One file with both stations on the master's clock, t_ns counted from the start of the run. Both throw
+// std::runtime_error.
+void write_session_mcap(const Session& session, const std::filesystem::path& file);
+Session read_session_mcap(const std::filesystem::path& file);
+
+// Makes root/UTC-SCENE-SEED (UTC as 20260131T235959Z) and returns it; if it exists, -2, -3, ... is appended. Throws
+// std::runtime_error when it cannot be made.
+std::string session_directory(const std::filesystem::path& root, std::int64_t utc_ns, const std::string& scene,
+                              std::uint64_t seed);
+
+}  // namespace farhand
