@@ -12,17 +12,18 @@ inline constexpr std::uint32_t kProtocolVersion = 1;
 
 // What a station is doing. The numbers are on the wire and in recordings: never reuse one.
 enum class StationState : std::uint8_t { kReady = 0, kAligning = 1, kEngaged = 2, kHolding = 3, kFault = 4 };
+inline constexpr StationState kLastState = StationState::kFault;  // the codec rejects anything beyond
 
 template <int N>
 struct Packet {
-  std::uint32_t session = 0;       // drawn at start by the sender; a new one means the sender restarted
+  std::uint32_t session = 0;       // drawn at start by the sender, never 0; a new one means the sender restarted
   std::uint32_t seq = 0;           // one per tick, never repeated within a session
   Nanoseconds send_time_ns = 0;    // sender's monotonic clock
   std::uint32_t echo_session = 0;  // newest session and seq received from the peer; 0, 0 before the first
   std::uint32_t echo_seq = 0;
   Nanoseconds echo_send_time_ns = 0;  // send stamp of the packet that is echoed (in the echo receiver's own clock)
   std::uint32_t echo_dwell_ns = 0;    // how long the echoed packet lay here: RTT = now - echo_send_time - dwell
-  std::uint32_t expiry_ms = 0;        // the content must not be acted upon once older than this
+  std::uint32_t expiry_ms = 0;  // the content must not be acted upon once older than this; 0: no limit of the sender's
   StationState state = StationState::kReady;
   std::uint32_t limits = 0;  // LimitBit
   Motion<N> motion;

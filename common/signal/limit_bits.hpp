@@ -14,5 +14,6 @@ enum LimitBit : std::uint32_t {
   kLimitNotFinite = 1u << 4,  // a NaN or Inf was replaced by the safe value
   kLimitDevice = 1u << 5,     // the device itself (MCU) reports an active limit
 };
+inline constexpr std::uint32_t kAllLimits = (1u << 6) - 1;  // the codec rejects any other bit
 
 }  // namespace farhand
