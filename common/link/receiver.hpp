@@ -1,0 +1,305 @@
+// Receiver: from packets in any order to "the remote side now".
+//
+// Order is explicit (sequence numbers, a ring), time is the sender's own (play-out, see playout.hpp), age is judged by
+// arrival on the local clock. All arithmetic is relative to the first packet of a session, so the clocks of the two
+// sides may differ by anything.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "common/link/packet.hpp"
+#include "common/link/playout.hpp"
+
+namespace farhand {
+
+struct ReceiverParams {
+  Nanoseconds timeout;      // silence after which the peer counts as gone
+  Nanoseconds playout_max;  // largest depth of the play-out
+  Nanoseconds expiry;       // a packet that took longer than the fastest by more than this is never acted upon
+};
+
+enum class Receipt : std::uint8_t {
+  kAccepted,
+  kReordered,  // accepted too: it still lies ahead of what is shown
+  kDuplicate,
+  kLate,     // what it says lies behind what is shown
+  kSession,  // of a session that has been replaced
+  kExpired,
+  kStamp,  // its send stamp contradicts its sequence number
+  kNotFinite,
+};
+
+struct ReceiverCounters {
+  std::uint64_t received = 0;   // accepted, reordered ones included
+  std::uint64_t reordered = 0;  // came after a newer one and were still of use
+  std::uint64_t duplicate = 0;
+  std::uint64_t late = 0;
+  std::uint64_t lost = 0;  // gaps that play-out has passed; one that is then seen late moves to `late`
+  std::uint64_t sessions = 0;
+  std::uint64_t rejected_session = 0;
+  std::uint64_t rejected_expired = 0;
+  std::uint64_t rejected_stamp = 0;
+  std::uint64_t rejected_not_finite = 0;
+};
+
+template <int N>
+struct Played {
+  bool any = false;   // false until the first packet; the rest is then zero
+  bool held = false;  // nothing newer has arrived: the newest is repeated
+  Motion<N> motion;
+  Nanoseconds depth = 0;         // play-out delay over the fastest packet
+  Nanoseconds content_time = 0;  // sender's clock at `motion`
+};
+
+template <int N>
+class Receiver {
+ public:
+  // own_session: what this station sends as its session; echoes of another say nothing about the round trip.
+  Receiver(const ReceiverParams& params, std::uint32_t own_session)
+      : params_(params), own_session_(own_session), clock_(params.playout_max) {}
+
+  Receipt accept(const Packet<N>& packet, Nanoseconds arrival) noexcept {
+    if (!packet.motion.finite()) return count(counters_.rejected_not_finite, Receipt::kNotFinite);
+    if (!heard_ || packet.session != session_) {
+      if (std::find(retired_.begin(), retired_.begin() + retired_count_, packet.session) !=
+          retired_.begin() + retired_count_) {
+        return count(counters_.rejected_session, Receipt::kSession);
+      }
+      begin_session(packet, arrival);
+    }
+    const Nanoseconds stamp = difference(packet.send_time_ns, stamp_0_);
+    const Nanoseconds at = difference(arrival, arrival_0_);
+    if (beyond_horizon(stamp) || beyond_horizon(at)) return count(counters_.rejected_stamp, Receipt::kStamp);
+
+    const std::int32_t ahead = distance(packet.seq, newest_seq_);
+    if (ahead <= -kSlots) return count(counters_.late, Receipt::kLate);
+    Slot& slot = ring_[packet.seq % kSlots];
+    if (seen(packet.seq)) return count(counters_.duplicate, Receipt::kDuplicate);
+    if (clock_.based() && at - stamp - clock_.fastest(at) > expiry(packet)) {
+      mark_useless(slot, packet.seq);
+      return count(counters_.rejected_expired, Receipt::kExpired);
+    }
+    const std::int32_t ahead_of_newest = distance(packet.seq, newest_.seq);
+    if (any_ && (ahead_of_newest > 0) != (stamp > newest_stamp_))
+      return count(counters_.rejected_stamp, Receipt::kStamp);
+
+    clock_.observe(stamp, at, period());
+    if (played_ && (stamp <= shown_stamp_ || distance(packet.seq, cursor_) <= 0)) {
+      mark_useless(slot, packet.seq);
+      return count(counters_.late, Receipt::kLate);
+    }
+    mark(slot, packet.seq, true);
+    slot.stamp = stamp;
+    slot.motion = packet.motion;
+    ++counters_.received;
+    if (any_ && arrival - last_arrival_ > params_.timeout)
+      clock_.restart();  // the station holds: nothing acts on a jump
+    last_arrival_ = any_ ? std::max(last_arrival_, arrival) : arrival;
+    if (any_ && ahead_of_newest < 0) return count(counters_.reordered, Receipt::kReordered);
+    any_ = true;
+    newest_ = packet;
+    newest_stamp_ = stamp;
+    newest_arrival_ = arrival;
+    measure_round_trip(packet, arrival);
+    return Receipt::kAccepted;
+  }
+
+  // Once per tick. Content time never goes backwards within a session.
+  Played<N> play(Nanoseconds now) noexcept {
+    if (!any_) return {};
+    const Nanoseconds offset = clock_.advance(difference(now, arrival_0_));
+    Nanoseconds content = difference(now, arrival_0_) - offset;
+    if (!played_) {
+      cursor_ = first_cursor_ = newest_.seq;
+      shown_stamp_ = newest_stamp_;
+      shown_ = newest_.motion;
+      played_ = true;
+    }
+    content = std::max(content, shown_stamp_);
+    const bool held = content > newest_stamp_;
+    show(content);
+    return {.any = true,
+            .held = held,
+            .motion = shown_,
+            .depth = clock_.depth(),
+            .content_time = sum(stamp_0_, shown_stamp_)};
+  }
+
+  bool heard() const noexcept { return any_; }
+  // The newest packet by sequence number: state and limits of the peer, its motion before play-out.
+  const Packet<N>& newest() const noexcept { return newest_; }
+  const ReceiverCounters& counters() const noexcept { return counters_; }
+
+  Nanoseconds silence(Nanoseconds now) const noexcept {
+    return any_ ? now - last_arrival_ : std::numeric_limits<Nanoseconds>::max();
+  }
+  bool alive(Nanoseconds now) const noexcept { return silence(now) <= params_.timeout; }
+  // Of the newest packet that echoed this station.
+  std::optional<Nanoseconds> rtt() const noexcept { return rtt_; }
+
+  void echo(Packet<N>& outgoing, Nanoseconds now) const noexcept {
+    if (!any_) return;
+    constexpr Nanoseconds kLongest = std::numeric_limits<std::uint32_t>::max();
+    outgoing.echo_session = newest_.session;
+    outgoing.echo_seq = newest_.seq;
+    outgoing.echo_send_time_ns = newest_.send_time_ns;
+    outgoing.echo_dwell_ns = static_cast<std::uint32_t>(std::clamp<Nanoseconds>(now - newest_arrival_, 0, kLongest));
+  }
+
+ private:
+  static constexpr std::int32_t kSlots = 4096;
+  static constexpr Nanoseconds kHorizon = Nanoseconds{1} << 59;  // 18 years: sums of a few stay far from overflow
+
+  struct Slot {
+    std::uint32_t generation = 0;  // of the session; a ring is not cleared, it is outlived
+    std::uint32_t seq = 0;
+    bool playable = false;
+    Nanoseconds stamp = 0;
+    Motion<N> motion;
+  };
+
+  // Modular, so that no number on the wire can overflow.
+  static Nanoseconds difference(Nanoseconds a, Nanoseconds b) noexcept {
+    return static_cast<Nanoseconds>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+  }
+  static Nanoseconds sum(Nanoseconds a, Nanoseconds b) noexcept {
+    return static_cast<Nanoseconds>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+  }
+  static bool beyond_horizon(Nanoseconds t) noexcept { return t < -kHorizon || t > kHorizon; }
+  static std::int32_t distance(std::uint32_t a, std::uint32_t b) noexcept { return static_cast<std::int32_t>(a - b); }
+  static Receipt count(std::uint64_t& counter, Receipt receipt) noexcept {
+    ++counter;
+    return receipt;
+  }
+
+  void begin_session(const Packet<N>& packet, Nanoseconds arrival) noexcept {
+    if (heard_) {
+      retired_[next_retired_] = session_;
+      next_retired_ = (next_retired_ + 1) % retired_.size();
+      retired_count_ = std::min<std::ptrdiff_t>(retired_count_ + 1, std::ssize(retired_));
+    }
+    heard_ = true;
+    session_ = packet.session;
+    ++generation_;
+    ++counters_.sessions;
+    stamp_0_ = packet.send_time_ns;
+    arrival_0_ = arrival;
+    newest_seq_ = first_seq_ = packet.seq;
+    any_ = played_ = false;
+    clock_ = PlayoutClock(params_.playout_max);
+    rtt_.reset();
+  }
+
+  bool seen(std::uint32_t seq) const noexcept {
+    const Slot& slot = ring_[seq % kSlots];
+    return slot.generation == generation_ && slot.seq == seq;
+  }
+  void mark(Slot& slot, std::uint32_t seq, bool playable) noexcept {
+    slot.generation = generation_;
+    slot.seq = seq;
+    slot.playable = playable;
+    if (distance(seq, newest_seq_) > 0) newest_seq_ = seq;
+  }
+  void mark_useless(Slot& slot, std::uint32_t seq) noexcept {
+    if (played_ && distance(seq, cursor_) < 0 && distance(seq, first_cursor_) > 0) --counters_.lost;
+    mark(slot, seq, false);
+  }
+
+  Nanoseconds expiry(const Packet<N>& packet) const noexcept {
+    return packet.expiry_ms == 0 ? params_.expiry : std::min(params_.expiry, packet.expiry_ms * kMillisecond);
+  }
+  // Mean spacing of the stamps so far; the longest possible while unknown.
+  Nanoseconds period() const noexcept {
+    const std::int32_t packets = any_ ? distance(newest_.seq, first_seq_) : 0;
+    return packets > 0 ? std::clamp<Nanoseconds>(newest_stamp_ / packets, 0, kPeriodMax) : kPeriodMax;
+  }
+
+  // Moves what is shown to `content` on the straight line between its neighbours, also across packets that never came.
+  // What was shown last serves as the left neighbour, so a packet that arrives in between bends the line and never
+  // makes a step.
+  void show(Nanoseconds content) noexcept {
+    const std::int32_t available = distance(newest_seq_, cursor_);
+    const Slot* right = nullptr;
+    const std::uint32_t from = cursor_;
+    for (std::int32_t i = std::max(1, available - kSlots + 1); i <= available; ++i) {
+      const std::uint32_t seq = from + static_cast<std::uint32_t>(i);
+      const Slot& slot = ring_[seq % kSlots];
+      if (!seen(seq) || !slot.playable) continue;
+      if (slot.stamp > content) {
+        right = &slot;
+        break;
+      }
+      pass(seq);
+      shown_stamp_ = slot.stamp;
+      shown_ = slot.motion;
+    }
+    if (right == nullptr || content == shown_stamp_) return;
+    const double weight =
+        static_cast<double>(content - shown_stamp_) / static_cast<double>(right->stamp - shown_stamp_);
+    mix(shown_.x, right->motion.x, weight);
+    mix(shown_.v, right->motion.v, weight);
+    mix(shown_.f, right->motion.f, weight);
+    shown_stamp_ = content;
+  }
+  void pass(std::uint32_t seq) noexcept {
+    const std::int32_t steps = distance(seq, cursor_);
+    for (std::int32_t i = std::max(1, steps - kSlots + 1); i < steps; ++i) {
+      if (!seen(cursor_ + static_cast<std::uint32_t>(i))) ++counters_.lost;
+    }
+    if (steps > kSlots) counters_.lost += static_cast<std::uint64_t>(steps - kSlots);
+    cursor_ = seq;
+  }
+  // Two products and not a + w (b - a), which overflows for finite a and b; cut to the segment, which rounding may
+  // leave.
+  static void mix(Joints<N>& a, const Joints<N>& b, double weight) noexcept {
+    const Joints<N> between = (1.0 - weight) * a + weight * b;
+    const Joints<N> low = a.min(b), high = a.max(b);
+    a = between.max(low).min(high);
+  }
+
+  void measure_round_trip(const Packet<N>& packet, Nanoseconds arrival) noexcept {
+    constexpr std::uint32_t kSaturated = std::numeric_limits<std::uint32_t>::max();
+    if (packet.echo_session == 0 || packet.echo_session != own_session_ || packet.echo_dwell_ns == kSaturated) return;
+    const Nanoseconds rtt =
+        difference(difference(arrival, packet.echo_send_time_ns), Nanoseconds{packet.echo_dwell_ns});
+    if (rtt >= 0 && rtt <= 120 * kSecond) rtt_ = rtt;
+  }
+
+  static constexpr Nanoseconds kPeriodMax = 20 * kMillisecond;
+  ReceiverParams params_;
+  std::uint32_t own_session_;
+  PlayoutClock clock_;
+  ReceiverCounters counters_;
+
+  bool heard_ = false;  // any session
+  bool any_ = false;    // anything to show
+  bool played_ = false;
+  std::uint32_t session_ = 0;
+  std::uint32_t generation_ = 0;
+  std::array<std::uint32_t, 8> retired_{};
+  std::ptrdiff_t retired_count_ = 0;
+  std::size_t next_retired_ = 0;
+
+  Nanoseconds stamp_0_ = 0;
+  Nanoseconds arrival_0_ = 0;
+  std::uint32_t first_seq_ = 0;
+  std::uint32_t newest_seq_ = 0;  // of everything seen, expired ones included
+  Packet<N> newest_;              // of everything accepted
+  Nanoseconds newest_stamp_ = 0;
+  Nanoseconds newest_arrival_ = 0;
+  Nanoseconds last_arrival_ = 0;
+  std::optional<Nanoseconds> rtt_;
+
+  std::uint32_t cursor_ = 0;  // newest packet that play-out has passed
+  std::uint32_t first_cursor_ = 0;
+  Nanoseconds shown_stamp_ = 0;
+  Motion<N> shown_;
+  std::array<Slot, kSlots> ring_{};
+};
+
+}  // namespace farhand
