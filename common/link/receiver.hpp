@@ -191,6 +191,7 @@ class Receiver {
     arrival_0_ = arrival;
     newest_seq_ = first_seq_ = packet.seq;
     any_ = played_ = false;
+    overwritten_ = 0;
     clock_ = PlayoutClock(params_.playout_max);
     rtt_.reset();
   }
@@ -200,6 +201,7 @@ class Receiver {
     return slot.generation == generation_ && slot.seq == seq;
   }
   void mark(Slot& slot, std::uint32_t seq, bool playable) noexcept {
+    if (played_ && slot.generation == generation_ && distance(slot.seq, cursor_) > 0) ++overwritten_;
     slot.generation = generation_;
     slot.seq = seq;
     slot.playable = playable;
@@ -248,10 +250,13 @@ class Receiver {
   }
   void pass(std::uint32_t seq) noexcept {
     const std::int32_t steps = distance(seq, cursor_);
-    for (std::int32_t i = std::max(1, steps - kSlots + 1); i < steps; ++i) {
+    const std::int32_t gone = std::clamp(distance(newest_seq_, cursor_) - kSlots, 0, steps - 1);  // from the ring
+    for (std::int32_t i = gone + 1; i < steps; ++i) {
       if (!seen(cursor_ + static_cast<std::uint32_t>(i))) ++counters_.lost;
     }
-    if (steps > kSlots) counters_.lost += static_cast<std::uint64_t>(steps - kSlots);
+    const std::int32_t arrived = std::min(overwritten_, gone);
+    overwritten_ -= arrived;
+    counters_.lost += static_cast<std::uint64_t>(gone - arrived);
     cursor_ = seq;
   }
   // Two products and not a + w (b - a), which overflows for finite a and b; cut to the segment, which rounding may
@@ -297,6 +302,7 @@ class Receiver {
 
   std::uint32_t cursor_ = 0;  // newest packet that play-out has passed
   std::uint32_t first_cursor_ = 0;
+  std::int32_t overwritten_ = 0;  // arrived, but pushed out of the ring before play-out passed it
   Nanoseconds shown_stamp_ = 0;
   Motion<N> shown_;
   std::array<Slot, kSlots> ring_{};
