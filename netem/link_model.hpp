@@ -1,0 +1,51 @@
+// What happens to a datagram on its way: lost or delayed, drawn from a seed, in virtual time. One model per direction.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "common/signal/joints.hpp"
+
+namespace farhand {
+
+enum class DelayDistribution : std::uint8_t {
+  kConstant,
+  kUniform,  // delay_s +- jitter_s
+  kNormal,   // mean delay_s, standard deviation jitter_s
+};
+
+struct LinkModelParams {
+  double delay_s = 0.0;
+  double jitter_s = 0.0;
+  DelayDistribution distribution = DelayDistribution::kUniform;
+  double loss = 0.0;        // probability
+  double cut_from_s = 1e9;  // everything sent in [from, until) is lost
+  double cut_until_s = 1e9;
+};
+
+enum class LinkDirection : std::uint8_t { kForward, kBackward };
+
+class LinkModel {
+ public:
+  struct Fate {
+    bool lost;
+    Nanoseconds delay;  // never negative; drawn also for a lost one
+  };
+
+  // Throws std::invalid_argument for values that no link has.
+  LinkModel(const LinkModelParams& params, std::uint64_t seed, LinkDirection direction);
+
+  // `now` counts from the start of the link. Each offer takes the same number of draws, so the delays of the others
+  // stay when loss, jitter or cut change.
+  Fate offer(Nanoseconds now) noexcept;
+
+ private:
+  double unit() noexcept;
+
+  LinkModelParams params_;
+  Nanoseconds cut_from_;
+  Nanoseconds cut_until_;
+  std::array<std::uint64_t, 4> state_;
+};
+
+}  // namespace farhand
