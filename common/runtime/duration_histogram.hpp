@@ -1,5 +1,5 @@
 // How long did something take, over a whole session, in constant memory? The loop adds one value per tick and may not
-// allocate, so the values go into fixed logarithmic buckets: 16 per octave, hence a quantile is at most 1/16 above the
+// allocate, so the values go into fixed logarithmic buckets: 128 per octave, hence a quantile is at most 1/128 above the
 // true one. The maximum is exact.
 #pragma once
 
@@ -38,8 +38,8 @@ class DurationHistogram {
   }
 
  private:
-  static constexpr std::size_t kPerOctave = 16;  // values below it have a bucket each
-  static constexpr int kOctaveBits = 4;
+  static constexpr std::size_t kPerOctave = 128;  // values below it have a bucket each
+  static constexpr int kOctaveBits = 7;
   static constexpr int kTopBit = 40;  // 2^40 ns = 18 minutes; longer ones share the last bucket
 
   static constexpr std::size_t bucket(std::uint64_t value) noexcept {

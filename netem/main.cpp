@@ -1,0 +1,102 @@
+// farhand-netem: a bad network between two stations on this machine, as a scene describes it.
+#include <sys/prctl.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/config/load.hpp"
+#include "common/runtime/realtime.hpp"
+#include "netem/link_params.hpp"
+#include "netem/shim.hpp"
+
+namespace farhand {
+namespace {
+
+constexpr int kOk = 0, kUsage = 2, kStopped = 130;
+
+struct Options {
+  std::string scene, listen, forward;
+  std::vector<std::string> sets;
+  std::optional<std::uint64_t> seed;
+  double duration_s = 0;
+};
+
+void print_row(const char* name, std::uint64_t packets, std::uint64_t lost, const DelayStatistics& delay) {
+  const double share = packets > 0 ? 100.0 * static_cast<double>(lost) / static_cast<double>(packets) : 0;
+  std::printf("  %-9s %9llu %8.2f %9.3f %8.3f %9.3f %9.3f %9.3f %9.3f\n", name,
+              static_cast<unsigned long long>(packets), share, 1e3 * delay.mean_s(), 1e3 * delay.deviation_s(),
+              1e3 * delay.quantile_s(0.5), 1e3 * delay.quantile_s(0.99), 1e3 * delay.min_s(), 1e3 * delay.max_s());
+}
+
+// "asked" is what the model drew for these very packets, so that any difference is the shim's and not chance.
+void print_way(const char* name, const scene::Path& path, const ShimWay& way) {
+  std::printf("%s: scene says %g ms, jitter %g ms (%s), loss %g %%\n", name, 1e3 * path.delay_s(),
+              1e3 * path.jitter_s(), scene::Distribution_Name(path.distribution()).c_str(), 100 * path.loss());
+  std::printf("            packets   lost %%   mean ms   std ms    p50 ms    p99 ms    min ms    max ms\n");
+  print_row("asked", way.entered, way.lost, way.asked);
+  print_row("achieved", way.entered, way.entered - way.achieved.count() - way.waiting.size(), way.achieved);
+  std::printf(
+      "  own lateness p50 %.3f, p99 %.3f, max %.3f ms; overflow %llu, not sendable %llu, too long %llu, still waiting "
+      "%zu\n",
+      1e3 * way.lateness.quantile_s(0.5), 1e3 * way.lateness.quantile_s(0.99), 1e3 * way.lateness.max_s(),
+      static_cast<unsigned long long>(way.overflow), static_cast<unsigned long long>(way.unsent),
+      static_cast<unsigned long long>(way.in->counters().oversized), way.waiting.size());
+}
+
+int run(const Options& options) {
+  const scene::Scene scene = load_scene(options.scene, options.sets, options.seed).scene;
+  Shim shim(parse_endpoint(options.listen, EndpointUse::kListen), parse_endpoint(options.forward, EndpointUse::kPeer),
+            link_params(scene.network().forward()), link_params(scene.network().backward()), scene.seed());
+  const StopSignals stop;
+  prctl(PR_SET_TIMERSLACK, 1);  // the kernel may otherwise round our waits up by 50 us
+  const RealtimeReport realtime = enter_realtime(
+      {.fifo_priority = static_cast<int>(scene.runtime().priority()), .lock_memory = scene.runtime().lock_memory()});
+  for (const std::string& warning : realtime.warnings) std::fprintf(stderr, "farhand-netem: %s\n", warning.c_str());
+  std::printf("listening %s\n", to_string(shim.local_endpoint()).c_str());
+  std::fflush(stdout);
+
+  shim.run(from_seconds(options.duration_s), stop);
+  print_way("forward (master to slave)", scene.network().forward(), shim.forward());
+  print_way("backward (slave to master)", scene.network().backward(), shim.backward());
+  return stop.signal() != 0 ? kStopped : kOk;
+}
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("A bad network between farhand-master and farhand-slave, as the scene describes it.", "farhand-netem");
+  app.add_option("--listen", options.listen, "ADDR:PORT that the slave dials; port 0 takes a free one")->required();
+  app.add_option("--forward", options.forward, "ADDR:PORT of the master")->required();
+  app.add_option("--scene", options.scene, "name or path of a scene; its network is what happens")->required();
+  app.add_option("--set", options.sets, "field.path=value, on top of the scene; may be repeated")
+      ->allow_extra_args(false);
+  app.add_option("--seed", options.seed, "seed of the link, instead of the scene's");
+  app.add_option("--duration", options.duration_s, "seconds to run; 0 until stopped")
+      ->check([](const std::string& text) {
+        double value = -1;
+        const bool good = CLI::detail::lexical_cast(text, value) && value >= 0 && value <= 1e9;
+        return good ? std::string() : "'" + text + "' is not a number of seconds from 0 to 1e9";
+      });
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "farhand-netem: %s (--help lists the options)\n", error.what());
+    return kUsage;
+  }
+  try {
+    return run(options);
+  } catch (const std::exception& error) {  // all of them are thrown before the first packet
+    std::fprintf(stderr, "farhand-netem: %s\n", error.what());
+    return kUsage;
+  }
+}
+
+}  // namespace
+}  // namespace farhand
+
+int main(int argc, char** argv) { return farhand::main(argc, argv); }
