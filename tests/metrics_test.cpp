@@ -432,7 +432,7 @@ TEST(Verdict, FaultAndMissingEngagementFail) {
   Session session = good_session();
   set_state(session.slave, 8, 9, StationState::kFault);
   EXPECT_EQ(verdict(session, windows(), &why), "failed");
-  EXPECT_NE(why.find("The slave went into fault at 8 s."), std::string::npos) << why;
+  EXPECT_NE(why.find("The slave went into fault at 8.00 s."), std::string::npos) << why;
   session = good_session();
   set_state(session.master, 0, 30, StationState::kReady);
   EXPECT_EQ(verdict(session, windows(), &why), "failed");
@@ -443,11 +443,11 @@ TEST(Verdict, LimitsOfTheSceneDegrade) {
   std::string why;
   Session session = session_of(still(0.225, -0.3, -0.3), still(0.2, 0.3, 0.3));
   EXPECT_EQ(verdict(session, windows(), &why), "degraded");
-  EXPECT_NE(why.find("RMS of 25 mrad, above the limit of 20 mrad"), std::string::npos) << why;
+  EXPECT_NE(why.find("RMS of 25.0 mrad, above the limit of 20.0 mrad"), std::string::npos) << why;
   session = good_session();
   session.slave_counters.late = 100;
   EXPECT_EQ(verdict(session, windows(), &why), "degraded");
-  EXPECT_NE(why.find("5 %, above the limit of 2 %"), std::string::npos) << why;
+  EXPECT_NE(why.find("5.00 %, above the limit of 2.00 %"), std::string::npos) << why;
 }
 
 TEST(Verdict, OverrunsDegradeOnlyWhatRanAgainstAClock) {
@@ -466,7 +466,7 @@ TEST(Verdict, HoldingForWantOfThePeerDegrades) {
   Session session = good_session();
   set_state(session.slave, 8, 8.5, StationState::kHolding);
   EXPECT_EQ(verdict(session, windows(), &why), "degraded");
-  EXPECT_NE(why.find("held for 0.5 s"), std::string::npos) << why;
+  EXPECT_NE(why.find("held for 0.500 s"), std::string::npos) << why;
 }
 
 TEST(Verdict, HoldingOnRequestOrAtTheEndOfTheRunIsNoFlaw) {
@@ -499,7 +499,7 @@ TEST(Verdict, ARecordingThatEndsEarlyDegrades) {
   session.master.resize(12000);
   set_state(session.slave, 12.1, 30, StationState::kHolding);
   EXPECT_EQ(verdict(session, windows(), &why), "degraded");
-  EXPECT_NE(why.find("The recording of the master covers 12 s of 20 s."), std::string::npos) << why;
+  EXPECT_NE(why.find("The recording of the master covers 12.0 s of 20.0 s."), std::string::npos) << why;
   EXPECT_NE(why.find("held"), std::string::npos) << why;
 }
 
