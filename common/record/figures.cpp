@@ -177,7 +177,7 @@ Plot Figures::over_time(const std::string& title, const std::string& y_label, do
 }
 
 std::string Figures::positions() const {
-  Plot plot = over_time("Angle", "angle (rad)", 250);
+  Plot plot = over_time("Angle", "angle (rad)", 264);
   plot.right_axis("degrees", kDegrees);
   plot.line("master x_m", aligned_.master.t_s, aligned_.master.x_rad, Ink::kMaster, kGap_s);
   plot.line("slave x_s", aligned_.slave.t_s, aligned_.slave.x_rad, Ink::kSlave, kGap_s);
@@ -185,7 +185,7 @@ std::string Figures::positions() const {
 }
 
 std::string Figures::torques() const {
-  Plot plot = over_time(aligned_.true_torque ? "Torque, true" : "Torque, estimated", "torque (N m)", 250);
+  Plot plot = over_time(aligned_.true_torque ? "Torque, true" : "Torque, estimated", "torque (N m)", 264);
   plot.line("therapist on device F_m", aligned_.master.t_s, aligned_.master.F_nm, Ink::kMaster, kGap_s);
   plot.line("device on hand F_s", aligned_.slave.t_s, aligned_.slave.F_nm, Ink::kSlave, kGap_s);
   return plot.svg();
@@ -207,7 +207,7 @@ std::string Figures::states() const {
 std::string Figures::delays(bool forward) const {
   const Delays d = delays_of(session_, forward);
   if (d.t_s.empty()) return "";
-  Plot plot = over_time(std::string("One-way delay, ") + way(forward), "delay (ms)", 200);
+  Plot plot = over_time(std::string("One-way delay, ") + way(forward), "delay (ms)", 214);
   plot.range("asked, least to greatest", d.t_s, d.asked_ms, forward ? Ink::kMasterPale : Ink::kSlavePale, true);
   plot.range("achieved, least and greatest", d.t_s, d.achieved_ms, Ink::kBlack, false);
   return plot.svg();
@@ -234,7 +234,7 @@ std::string Figures::delay_histogram() const {
   }
   if (!(from <= until)) return "";
   if (until - from < 1) from -= 0.5, until += 0.5;  // a constant delay is a bar, not a line of no width
-  Plot plot("One-way delay achieved, histogram", {"delay (ms)"}, {"share of packets (%)", 0}, 475, 260);
+  Plot plot("Delay achieved, histogram", {"delay (ms)"}, {"share of packets (%)", 0}, 475, 280);
   for (const bool forward : {true, false}) {
     const Delays& d = ways[forward ? 0 : 1];
     std::vector<double> edges, heights(kBins, 0);
@@ -250,7 +250,7 @@ std::string Figures::delay_histogram() const {
 }
 
 std::string Figures::delay_distribution() const {
-  Plot plot("Empirical distribution", {"delay (ms)"}, {"packets up to this delay (%)", 0, 100}, 475, 260);
+  Plot plot("Delay, empirical distribution", {"delay (ms)"}, {"packets up to this delay (%)", 0, 100}, 475, 280);
   bool any = false;
   for (const bool forward : {true, false}) {
     const Delays d = delays_of(session_, forward);
@@ -267,13 +267,13 @@ std::string Figures::delay_distribution() const {
       plot.line(label, std::move(y), std::move(share), ink);
     };
     distribution(forward ? "forward" : "return", d.achieved_ms, forward ? Ink::kMaster : Ink::kSlave);
-    distribution(forward ? "asked" : "asked", d.asked_ms, forward ? Ink::kMasterPale : Ink::kSlavePale);
+    distribution(forward ? "forward asked" : "return asked", d.asked_ms, forward ? Ink::kMasterPale : Ink::kSlavePale);
   }
   return any ? plot.svg() : "";
 }
 
 std::string Figures::round_trip_and_playout() const {
-  Plot plot = over_time("Play-out buffer and round trip", "time (ms)", 220);
+  Plot plot = over_time("Play-out buffer and round trip", "time (ms)", 234);
   const auto depth_ms = [](const StationSample& s) { return 1e3 * s.playout_delay_s; };
   plot.line("round trip at the master", times(session_.master),
             each(session_.master, [](const StationSample& s) { return s.rtt_s > 0 ? 1e3 * s.rtt_s : kNaN; }),
@@ -286,7 +286,7 @@ std::string Figures::round_trip_and_playout() const {
 std::string Figures::compensation() const {
   const std::vector<double> y = each(session_.master, [](const StationSample& s) { return 1e3 * s.x_cdob_rad; });
   if (std::none_of(y.begin(), y.end(), [](double v) { return std::isfinite(v) && v != 0; })) return "";
-  Plot plot = over_time("Compensation of the communication disturbance observer", "x_cdob (mrad)", 190);
+  Plot plot = over_time("Compensation of the communication disturbance observer", "x_cdob (mrad)", 204);
   plot.line("x_cdob", times(session_.master), y, Ink::kMaster, kGap_s);
   return plot.svg();
 }
@@ -294,7 +294,7 @@ std::string Figures::compensation() const {
 std::string Figures::alpha() const {
   const std::vector<double> y = each(session_.master, [](const StationSample& s) { return s.alpha; });
   if (std::none_of(y.begin(), y.end(), [](double v) { return std::isfinite(v) && v != 1; })) return "";
-  Plot plot("Share of the compensation that is used (SDCV)", time_, {"alpha", -0.05, 1.05}, 960, 170);
+  Plot plot("Share of the compensation that is used (SDCV)", time_, {"alpha", -0.05, 1.05}, 960, 184);
   plot.landmarks(landmarks_);
   plot.line("alpha", times(session_.master), y, Ink::kMaster, kGap_s);
   return plot.svg();
@@ -303,7 +303,7 @@ std::string Figures::alpha() const {
 std::string Figures::error_over_time(const std::string& title, const std::string& y_label,
                                      const std::vector<double>& t_s, const std::vector<double>& error,
                                      double limit) const {
-  Plot plot = over_time(title, y_label, 250);
+  Plot plot = over_time(title, y_label, 264);
   plot.line("error", t_s, error, Ink::kGrey, kGap_s);
   plot.line("RMS of the last 1 s", t_s, running_rms(t_s, error), Ink::kMaster, kGap_s);
   plot.line("peak so far", t_s, peak_so_far(error), Ink::kSlave, kGap_s);
@@ -330,7 +330,7 @@ std::string Figures::tracking_error() const {
 
 std::string Figures::estimated_torques() const {
   if (!aligned_.true_torque) return "";
-  Plot plot = over_time("Torque as the stations estimate it, against the truth", "torque (N m)");
+  Plot plot = over_time("Torque, true and as estimated", "torque (N m)");
   plot.line("F_m true", aligned_.master.t_s, aligned_.master.F_nm, Ink::kMaster, kGap_s);
   plot.line("F_s true", aligned_.slave.t_s, aligned_.slave.F_nm, Ink::kSlave, kGap_s);
   plot.line("-f_m estimated", aligned_.master.t_s, scaled(aligned_.master.f_nm, -1), Ink::kMasterPale, kGap_s);

@@ -11,9 +11,11 @@
 namespace farhand {
 namespace {
 
-constexpr double kLeft = 76, kRight = 64, kTop = 34,
-                 kBottom = 40;   // the same for all, so that x axes line up below each other
-constexpr double kLetter = 6.2;  // mean width of a letter of the small font
+// The same for all, so that x axes line up below each other. Above the axes: title and legend, names of windows,
+// numbers of events.
+constexpr double kLeft = 76, kRight = 64, kTop = 48, kBottom = 40;
+constexpr double kTitleLine = 12, kWindowLine = 30, kEventLine = 44;
+constexpr double kLetter = 6.2, kTitleLetter = 7.6;  // mean width of a letter
 constexpr double kLaneHeight = 22;
 
 struct Look {
@@ -73,8 +75,9 @@ std::string stroke(const Look& l) {
 }
 
 std::string opening(const std::string& title, double width, double height) {
-  return "<svg width=\"" + px(width) + "\" height=\"" + px(height) + "\" viewBox=\"0 0 " + px(width) + " " + px(height) + "\" role=\"img\" aria-label=\"" + escaped(title) +
-         "\">\n" + text(kLeft, 12, "start", title, " class=\"title\"");
+  return "<svg width=\"" + px(width) + "\" height=\"" + px(height) + "\" viewBox=\"0 0 " + px(width) + " " +
+         px(height) + "\" role=\"img\" aria-label=\"" + escaped(title) + "\">\n" +
+         text(kLeft, kTitleLine, "start", title, " class=\"title\"");
 }
 
 }  // namespace
@@ -126,13 +129,13 @@ std::string x_axis(const Scale& x, const PlotAxis& axis, double top, double bott
 }
 
 template <class Scale>
-std::string windows_below(const Landmarks& landmarks, const Scale& x, double top, double bottom, bool labels) {
+std::string windows_below(const Landmarks& landmarks, const Scale& x, double top, double bottom) {
   std::string out;
   for (const auto& window : landmarks.windows) {
     const double a = std::clamp(window.from, x.from, x.until), b = std::clamp(window.until, x.from, x.until);
     if (!(b > a)) continue;
     out += rectangle(x.at(a), top, x.at(b) - x.at(a), bottom - top, "class=\"window\"");
-    if (labels) out += text(x.at(a) + 4, top + 12, "start", window.label, " class=\"windowname\"");
+    out += text((x.at(a) + x.at(b)) / 2, kWindowLine, "middle", window.label, " class=\"windowname\"");
   }
   return out;
 }
@@ -147,7 +150,7 @@ std::string events_above(const Landmarks& landmarks, const Scale& x, double top,
     out += "<g><title>" + escaped(event.text) + "</title>" + line_element(p, top - 2, p, bottom, "class=\"event\"");
     const double half = 0.5 * kLetter * static_cast<double>(event.label.size()) + 1;
     if (p - half >= free_from) {
-      out += text(p, top - 4, "middle", event.label, " class=\"eventname\"");
+      out += text(p, kEventLine, "middle", event.label, " class=\"eventname\"");
       free_from = p + half;
     }
     out += "</g>\n";
@@ -277,13 +280,20 @@ std::string Plot::drawn(const Series& s, const Scale& x, const Scale& y) const {
   }
   if (s.kind == Kind::kBars) {
     std::string out;
+    Polyline outline;
     const double floor = y.log ? y.from : std::max(0.0, y.from);
     for (std::size_t k = 0; k + 1 < s.x.size() && k < s.y.size(); ++k) {
-      if (!y.shows(s.y[k]) || s.y[k] <= floor || !x.shows(s.x[k]) || !x.shows(s.x[k + 1])) continue;
-      const std::string fill = s.filled ? "fill=\"" + std::string(ink.colour) + "\" fill-opacity=\".55\"" : stroke(ink);
-      out += rectangle(x.at(s.x[k]), y.at(s.y[k]), x.at(s.x[k + 1]) - x.at(s.x[k]), y.at(floor) - y.at(s.y[k]), fill);
+      if (!x.shows(s.x[k]) || !x.shows(s.x[k + 1])) continue;
+      const double height = y.shows(s.y[k]) ? std::max(s.y[k], floor) : floor;
+      for (const double edge : {s.x[k], s.x[k + 1]}) {
+        outline.x.push_back(edge);
+        outline.y.push_back(height);
+      }
+      if (!s.filled || height <= floor) continue;
+      out += rectangle(x.at(s.x[k]), y.at(height), x.at(s.x[k + 1]) - x.at(s.x[k]), y.at(floor) - y.at(height),
+                       "fill=\"" + std::string(ink.colour) + "\" fill-opacity=\".45\"");
     }
-    return out;
+    return s.filled ? out : path({outline}, stroke(ink), pixels);
   }
   if (s.kind == Kind::kRange) {
     const Envelope e = envelope(s.x, s.y, x.from, x.until, 240);
@@ -320,7 +330,7 @@ std::string Plot::drawn(const Series& s, const Scale& x, const Scale& y) const {
 
 std::string Plot::svg() const {
   const Scale x = x_scale(), y = y_scale();
-  std::string out = opening(title_, width_, height_) + windows_below(landmarks_, x, kTop, height_ - kBottom, true);
+  std::string out = opening(title_, width_, height_) + windows_below(landmarks_, x, kTop, height_ - kBottom);
   out += x_axis(x, x_, kTop, height_ - kBottom);
   const int wanted = static_cast<int>((height_ - kTop - kBottom) / 28);
   const std::vector<double> left = ticks(y.from, y.until, wanted, y_.log);
@@ -357,24 +367,35 @@ std::string Plot::svg() const {
   }
   out += "</svg>\n" + events_above(landmarks_, x, kTop, height_ - kBottom);
   out += rectangle(kLeft, kTop, width_ - kLeft - kRight, height_ - kTop - kBottom, "class=\"frame\"");
-  // Above the axes, right-aligned: a legend within them would cover data.
-  double right = width_ - kRight;
-  for (auto s = series_.rbegin(); s != series_.rend(); ++s) {
-    if (s->label.empty()) continue;
-    right -= kLetter * static_cast<double>(s->label.size());
-    out += text(right, 12, "start", s->label);
-    right -= 30;
-    const Look ink = look(s->ink);
-    const bool solid = s->filled && (s->kind == Kind::kBars || s->kind == Kind::kRange);
-    if (s->kind == Kind::kPoints)
-      out += symbol_element(s->symbol, right + 13, 8, ink);
-    else if (solid)
-      out += rectangle(right, 3, 26, 10, "fill=\"" + std::string(ink.colour) + "\" fill-opacity=\".5\"");
-    else
-      out += line_element(right, 8, right + 26, 8, stroke(ink));
-    right -= 14;
+  return out + legend() + "</svg>\n";
+}
+
+// Above the axes and not within them, where it would cover data: beside the title, or below it if there is no room.
+std::string Plot::legend() const {
+  constexpr double kSample = 26, kToText = 4, kBetween = 14;
+  double width = 0;
+  for (const Series& s : series_) {
+    if (!s.label.empty()) width += kSample + kToText + kBetween + kLetter * static_cast<double>(s.label.size());
   }
-  return out + "</svg>\n";
+  const bool beside = kTitleLetter * static_cast<double>(title_.size()) + width < width_ - kLeft - kRight;
+  const double line = beside ? kTitleLine : kWindowLine, middle = line - 4;
+  double left = std::max(2.0, width_ - kRight - width + kBetween);
+  std::string out;
+  for (const Series& s : series_) {
+    if (s.label.empty()) continue;
+    const Look ink = look(s.ink);
+    const bool solid = s.filled && (s.kind == Kind::kBars || s.kind == Kind::kRange);
+    if (s.kind == Kind::kPoints) {
+      out += symbol_element(s.symbol, left + kSample / 2, middle, ink);
+    } else if (solid) {
+      out += rectangle(left, middle - 5, kSample, 10, "fill=\"" + std::string(ink.colour) + "\" fill-opacity=\".5\"");
+    } else {
+      out += line_element(left, middle, left + kSample, middle, stroke(ink));
+    }
+    out += text(left + kSample + kToText, line, "start", s.label);
+    left += kSample + kToText + kBetween + kLetter * static_cast<double>(s.label.size());
+  }
+  return out;
 }
 
 Lanes::Lanes(std::string title, PlotAxis x, double width) : title_(std::move(title)), x_(std::move(x)), width_(width) {}
@@ -389,7 +410,7 @@ std::string Lanes::svg() const {
     double at(double v) const { return pixel_from + (v - from) / (until - from) * (pixel_until - pixel_from); }
   } const x{x_.from, x_.until > x_.from ? x_.until : x_.from + 1, kLeft, width_ - kRight};
   const double bottom = kTop + kLaneHeight * static_cast<double>(lanes_.size());
-  std::string out = opening(title_, width_, bottom + kBottom) + windows_below(landmarks_, x, kTop, bottom, false) +
+  std::string out = opening(title_, width_, bottom + kBottom) + windows_below(landmarks_, x, kTop, bottom) +
                     x_axis(x, x_, kTop, bottom);
   double top = kTop;
   for (const auto& [label, stretches] : lanes_) {

@@ -75,6 +75,7 @@ class Plot {
   struct Scale;
   Scale x_scale() const;
   Scale y_scale() const;
+  std::string legend() const;
   std::string drawn(const Series& series, const Scale& x, const Scale& y) const;
 
   std::string title_;

@@ -31,7 +31,7 @@ p{margin:6px 0;max-width:76ch}.under{color:#555;margin:0 0 14px}.note{color:#555
 .out{border-width:2px;border-color:#111}
 svg{display:block;max-width:100%;height:auto;margin:10px 0 2px;font:11px "Helvetica Neue",Arial,"Liberation Sans","DejaVu Sans",sans-serif;fill:#333}
 svg .title{font-size:13px;font-weight:600;fill:#111}svg .label{font-size:11.5px}svg .grid{stroke:#e3e3e3;stroke-width:.7}svg .frame{fill:none;stroke:#777;stroke-width:.9}svg .axis{stroke:#777}
-svg .window{fill:#f1f1ec}svg .windowname{fill:#77776a;font-style:italic}svg .event{stroke:#777;stroke-width:.8;stroke-dasharray:3 3}svg .eventname{font-size:10px;fill:#555}
+svg .window{fill:#f1f1ec}svg .windowname{fill:#77776a;font-style:italic;font-size:10.5px}svg .event{stroke:#777;stroke-width:.8;stroke-dasharray:3 3}svg .eventname{font-size:10px;fill:#555}
 svg .rule{stroke:#111;stroke-width:1;stroke-dasharray:9 4}svg .rulename{fill:#111}svg .lanename{fill:#111}
 .pair{display:flex;gap:10px}.pair svg{flex:1 1 0;min-width:0}
 table{border-collapse:collapse;margin:8px 0;font-size:12.5px}th,td{text-align:left;vertical-align:top;padding:3px 12px 3px 0;border-bottom:1px solid #e3e3e3}th{border-bottom:1px solid #777}
@@ -93,7 +93,7 @@ std::string cards(const Metrics& metrics, const scene::Scene& scene) {
   number("Drag, free motion", "drag_nms_per_rad", 1e3, "mN m s/rad", "ideal 0");
   number("Torque ratio F_m/F_s, contact", "force_ratio", 1, "", "ideal 1");
   number("Stiffness felt, contact", "k_seen_ratio", 100, "% of the hand's", "ideal 100 %");
-  number("Force error, contact (RMS)", "force_error_rms_nm", 1e3, "mN m", "F_m - F_s at the same instant, ideal 0");
+  number("Force error, contact (RMS)", "force_error_rms_nm", 1e3, "mN m", "F_m - F_s, same instant; ideal 0");
   const double residual = metrics.number("residual_p2p_rad");
   const bool unstable = metrics.is_false("stable");
   out += card("Contact",
@@ -262,7 +262,7 @@ std::string report_html(const Session& session, const scene::Scene& scene, const
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" "
       "content=\"width=device-width\"/>\n<title>farhand: " +
       escaped(name) + "</title>\n<style>" + std::string(kStyle) + "</style>\n</head>\n<body>\n";
-  out += "<h1>" + escaped(name) + "</h1>\n<p class=\"under\">" + escaped(scene.description()) +
+  out += "<h1>Session " + escaped(name) + "</h1>\n<p class=\"under\">" + escaped(scene.description()) +
          (scene.description().empty() ? "" : " \u00b7 ") + "seed " + std::to_string(session.seed) + " \u00b7 " +
          (session.deterministic ? "virtual time" : "real time") + "</p>\n";
   out += verdict_box(metrics) + cards(metrics, scene);
