@@ -204,8 +204,8 @@ TEST(Metrics, NetworkFiguresAreThoseOfThePackets) {
   EXPECT_NEAR(metrics.number("jitter_ms"), 10 / std::sqrt(12.0),
               0.01);  // the uniform forward one is the larger: 2.89 against 2
   EXPECT_NEAR(metrics.number("loss"), 0.05, 1e-12);
-  EXPECT_NEAR(metrics.number("late"), 0.02, 1e-12);
-  EXPECT_NEAR(metrics.number("reordered"), 0.05, 1e-12);
+  EXPECT_NEAR(metrics.number("late"), 40.0 / 2040, 1e-12);
+  EXPECT_NEAR(metrics.number("reordered"), 100.0 / 2040, 1e-12);
   EXPECT_NEAR(metrics.number("rtt_median_ms"), 200, 1e-9);
   EXPECT_NEAR(metrics.number("playout_median_ms"), 20, 1e-9);
 }
@@ -223,6 +223,20 @@ TEST(Metrics, BaseDelayFollowsTheFastestPacketSoFar) {
       });
   for (LinkSample& p : session.link) p.achieved_delay_s = p.t_s < 4 ? 0.1 : 0.06;
   EXPECT_LT(compute_metrics(session, windows()).number("tracking_peak_rad"), 1e-3);  // one tick at the change
+}
+
+TEST(Metrics, APacketIsShownAtATickAndNotBetweenTicks) {
+  // 100.4 ms on the way are 101 ms from tick to tick, which is what the receiver counts its play-out from.
+  const auto x_m = [](double t) { return 0.25 * std::sin(kPi * t); };
+  Session session = session_of(
+      [=](double t) {
+        return Instant{x_m(t), 0, 0, 0};
+      },
+      [=](double t) {
+        return Instant{x_m(t - 0.101 - kDepth), 0, 0, 0};
+      });
+  for (LinkSample& p : session.link) p.achieved_delay_s = 0.1004;
+  EXPECT_LT(compute_metrics(session, windows()).number("tracking_peak_rad"), 1e-6);
 }
 
 TEST(Metrics, HalfTheRoundTripStandsInWithoutOneWayDelays) {
@@ -432,7 +446,7 @@ TEST(Verdict, FaultAndMissingEngagementFail) {
   Session session = good_session();
   set_state(session.slave, 8, 9, StationState::kFault);
   EXPECT_EQ(verdict(session, windows(), &why), "failed");
-  EXPECT_NE(why.find("The slave went into fault at 8 s."), std::string::npos) << why;
+  EXPECT_NE(why.find("The slave went into fault at 8.00 s."), std::string::npos) << why;
   session = good_session();
   set_state(session.master, 0, 30, StationState::kReady);
   EXPECT_EQ(verdict(session, windows(), &why), "failed");
@@ -443,11 +457,11 @@ TEST(Verdict, LimitsOfTheSceneDegrade) {
   std::string why;
   Session session = session_of(still(0.225, -0.3, -0.3), still(0.2, 0.3, 0.3));
   EXPECT_EQ(verdict(session, windows(), &why), "degraded");
-  EXPECT_NE(why.find("RMS of 25 mrad, above the limit of 20 mrad"), std::string::npos) << why;
+  EXPECT_NE(why.find("RMS of 25.0 mrad, above the limit of 20.0 mrad"), std::string::npos) << why;
   session = good_session();
   session.slave_counters.late = 100;
   EXPECT_EQ(verdict(session, windows(), &why), "degraded");
-  EXPECT_NE(why.find("5 %, above the limit of 2 %"), std::string::npos) << why;
+  EXPECT_NE(why.find("4.76 %, above the limit of 2.00 %"), std::string::npos) << why;
 }
 
 TEST(Verdict, OverrunsDegradeOnlyWhatRanAgainstAClock) {
@@ -466,7 +480,7 @@ TEST(Verdict, HoldingForWantOfThePeerDegrades) {
   Session session = good_session();
   set_state(session.slave, 8, 8.5, StationState::kHolding);
   EXPECT_EQ(verdict(session, windows(), &why), "degraded");
-  EXPECT_NE(why.find("held for 0.5 s"), std::string::npos) << why;
+  EXPECT_NE(why.find("held for 0.500 s"), std::string::npos) << why;
 }
 
 TEST(Verdict, HoldingOnRequestOrAtTheEndOfTheRunIsNoFlaw) {
@@ -499,7 +513,7 @@ TEST(Verdict, ARecordingThatEndsEarlyDegrades) {
   session.master.resize(12000);
   set_state(session.slave, 12.1, 30, StationState::kHolding);
   EXPECT_EQ(verdict(session, windows(), &why), "degraded");
-  EXPECT_NE(why.find("The recording of the master covers 12 s of 20 s."), std::string::npos) << why;
+  EXPECT_NE(why.find("The recording of the master covers 12.0 s of 20.0 s."), std::string::npos) << why;
   EXPECT_NE(why.find("held"), std::string::npos) << why;
 }
 

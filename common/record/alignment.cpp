@@ -18,31 +18,35 @@ bool known_anywhere(const std::vector<StationSample>& samples, Known known) {
   return std::any_of(samples.begin(), samples.end(), known);
 }
 
-// The least one-way delay among the packets that had arrived: the zero from which a receiver counts its play-out.
-// Running, because a receiver cannot know a faster packet before it came.
+// The least transit among the packets that could have been shown so far: the zero from which a receiver counts its
+// play-out. A receiver looks at its ticks only, so transit runs from the send tick to the first tick after the arrival.
+// Running, because nobody can know a faster packet before it came.
 class FastestPacket {
  public:
-  FastestPacket(const std::vector<LinkSample>& link, bool forward) {
+  FastestPacket(const std::vector<LinkSample>& link, bool forward, const std::vector<double>& ticks_s) {
+    constexpr double kSameInstant_s = 1e-7;  // rounding of seconds on the axis of a session
     for (const LinkSample& packet : link) {
       const double arrival = packet.t_s + packet.achieved_delay_s;
-      if (packet.forward == forward && !packet.lost && std::isfinite(arrival)) {
-        arrivals_.emplace_back(arrival, packet.achieved_delay_s);
-      }
+      if (packet.forward != forward || packet.lost || !std::isfinite(arrival)) continue;
+      any_ = true;
+      const auto shown = std::lower_bound(ticks_s.begin(), ticks_s.end(), arrival - kSameInstant_s);
+      if (shown != ticks_s.end()) shown_.emplace_back(*shown, *shown - packet.t_s);
     }
-    std::sort(arrivals_.begin(), arrivals_.end());
-    for (std::size_t k = 1; k < arrivals_.size(); ++k) {
-      arrivals_[k].second = std::min(arrivals_[k].second, arrivals_[k - 1].second);
+    std::sort(shown_.begin(), shown_.end());
+    for (std::size_t k = 1; k < shown_.size(); ++k) {
+      shown_[k].second = std::min(shown_[k].second, shown_[k - 1].second);
     }
   }
-  bool empty() const { return arrivals_.empty(); }
+  bool empty() const { return !any_; }
   double until(double t) const {
     const auto after =
-        std::upper_bound(arrivals_.begin(), arrivals_.end(), std::pair(t, std::numeric_limits<double>::infinity()));
-    return after == arrivals_.begin() ? kNaN : std::prev(after)->second;
+        std::upper_bound(shown_.begin(), shown_.end(), std::pair(t, std::numeric_limits<double>::infinity()));
+    return after == shown_.begin() ? kNaN : std::prev(after)->second;
   }
 
  private:
-  std::vector<std::pair<double, double>> arrivals_;  // arrival time, least delay so far
+  bool any_ = false;
+  std::vector<std::pair<double, double>> shown_;  // tick, least transit so far
 };
 
 // Without one-way delays only their sum is known. Half of the fastest round trip is the usual guess; the caller says
@@ -57,8 +61,7 @@ double half_fastest_round_trip(const Session& session) {
   return fastest / 2;
 }
 
-SideCurves curves_of(const std::vector<StationSample>& samples, double sign_F, bool true_angle, bool true_torque,
-                     const FastestPacket& incoming, double fallback_base_s) {
+SideCurves curves_of(const std::vector<StationSample>& samples, double sign_F, bool true_angle, bool true_torque) {
   SideCurves side;
   for (const StationSample& s : samples) {
     if (!std::isfinite(s.t_s) || (!side.t_s.empty() && s.t_s <= side.t_s.back())) continue;
@@ -68,11 +71,20 @@ SideCurves curves_of(const std::vector<StationSample>& samples, double sign_F, b
     side.v_rad_s.push_back(true_angle ? s.true_v_rad_s : s.v_rad_s);
     side.F_nm.push_back(sign_F * (true_torque ? s.true_f_nm : s.f_nm));
     side.f_nm.push_back(s.f_nm);
-    side.playout_delay_s.push_back((incoming.empty() ? fallback_base_s : incoming.until(s.t_s)) + s.playout_delay_s);
+    side.playout_delay_s.push_back(s.playout_delay_s);  // the depth; add_transit makes it T_p
     side.state.push_back(s.state);
   }
   if (!side.t_s.empty()) side.dt_s.push_back(0);
   return side;
+}
+
+// T_p = transit of the fastest packet + depth of the buffer. Returns whether the transit was measured.
+bool add_transit(SideCurves& side, const std::vector<LinkSample>& link, bool forward, double otherwise_s) {
+  const FastestPacket fastest(link, forward, side.t_s);
+  for (std::size_t k = 0; k < side.t_s.size(); ++k) {
+    side.playout_delay_s[k] += fastest.empty() ? otherwise_s : fastest.until(side.t_s[k]);
+  }
+  return !fastest.empty();
 }
 
 // Index of the last tick at or before t, if that tick is not a hole ago.
@@ -112,11 +124,12 @@ AlignedSession align(const Session& session) {
   out.true_angle = known_anywhere(session.master, angle_known) && known_anywhere(session.slave, angle_known);
   out.true_torque = known_anywhere(session.master, torque_known) && known_anywhere(session.slave, torque_known);
 
-  const FastestPacket forward(session.link, true), backward(session.link, false);
-  out.link_known = !forward.empty() && !backward.empty();
+  out.master = curves_of(session.master, -1, out.true_angle, out.true_torque);
+  out.slave = curves_of(session.slave, +1, out.true_angle, out.true_torque);
   const double guess = half_fastest_round_trip(session);
-  out.master = curves_of(session.master, -1, out.true_angle, out.true_torque, backward, guess);
-  out.slave = curves_of(session.slave, +1, out.true_angle, out.true_torque, forward, guess);
+  const bool to_slave = add_transit(out.slave, session.link, true, guess);
+  const bool to_master = add_transit(out.master, session.link, false, guess);
+  out.link_known = to_slave && to_master;
   const SideCurves &m = out.master, &s = out.slave;
 
   for (std::size_t k = 0; k < s.t_s.size(); ++k) {

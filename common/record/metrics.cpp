@@ -286,17 +286,18 @@ void network(const Session& session, const AlignedSession& a, Metrics& out) {
     out.set("playout_median_ms", 1e3 * quantile(depth, 0.5));
 
   const StationCounters &m = session.master_counters, &s = session.slave_counters;
-  const auto received = static_cast<double>(m.received + s.received);
+  // Receivers count late packets apart from those that were of use.
+  const auto late = static_cast<double>(m.late + s.late), arrived = static_cast<double>(m.received + s.received) + late;
   if (!session.link.empty()) {
     const auto lost =
         std::count_if(session.link.begin(), session.link.end(), [](const LinkSample& p) { return p.lost; });
     out.set("loss", static_cast<double>(lost) / static_cast<double>(session.link.size()));
   } else {
     const auto lost = static_cast<double>(m.lost + s.lost);
-    set_share(out, "loss", lost, received + lost, "no packet was recorded");
+    set_share(out, "loss", lost, arrived + lost, "no packet was recorded");
   }
-  set_share(out, "late", static_cast<double>(m.late + s.late), received, "no packet was received");
-  set_share(out, "reordered", static_cast<double>(m.reordered + s.reordered), received, "no packet was received");
+  set_share(out, "late", late, arrived, "no packet was received");
+  set_share(out, "reordered", static_cast<double>(m.reordered + s.reordered), arrived, "no packet was received");
 
   if (a.link_known)
     out.set("delay_source", "link");

@@ -18,12 +18,12 @@ struct MetricInfo {
   std::string_view key;
   std::string_view unit;  // empty for text
   std::string_view meaning;
-  bool deterministic =
-      true;  // false: a figure of the wall clock, which never enters the results of a run in virtual time
+  bool deterministic = true;  // false: a figure of the wall clock, never among the results of a run in virtual time
 };
 
-// F_m: torque of the therapist on the device; F_s: torque of the device on the hand; T_p: play-out delay in force
-// (delay of the fastest packet so far plus the depth of the buffer). `farhand-lab schema` prints this table.
+// F_m: torque of the therapist on the device; F_s: torque of the device on the hand; T_p: play-out delay in force, which is
+// the transit of the fastest packet so far (from its tick of sending to the first tick that could show it) plus the
+// depth of the buffer. `farhand-lab schema` prints this table.
 inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"scene", "", "name of the scene"},
     {"seed", "1", "seed of every random choice"},
@@ -79,8 +79,9 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"playout_median_ms", "ms",
      "depth of the slave's play-out buffer over the fastest packet, median over engaged ticks"},
     {"loss", "1", "share of packets lost on the way, both directions"},
-    {"late", "1", "share of received packets that came after their play-out, both directions"},
-    {"reordered", "1", "share of received packets that were overtaken, both directions"},
+    {"late", "1", "share of the packets which arrived that came after their play-out, both directions"},
+    {"reordered", "1",
+     "share of the packets which arrived that had been overtaken and were still of use, both directions"},
     {"absent", "", "metrics that could not be computed, and why"},
     {"overruns", "1", "share of ticks that took longer than a period, the larger of the two sides", false},
     {"real_time_factor", "1", "simulated time over wall time", false},

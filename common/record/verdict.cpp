@@ -1,12 +1,13 @@
 #include "common/record/verdict.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/link/packet.hpp"
 #include "common/record/alignment.hpp"
+#include "common/record/format.hpp"
 
 namespace farhand {
 namespace {
@@ -22,12 +23,6 @@ constexpr double kEnding_s = 0.05;
 constexpr int kEngaged = static_cast<int>(StationState::kEngaged);
 constexpr int kHolding = static_cast<int>(StationState::kHolding);
 constexpr int kFault = static_cast<int>(StationState::kFault);
-
-std::string three_digits(double y) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, y, std::chars_format::general, 3);
-  return {buffer, end.ptr};
-}
 
 bool whole(const std::vector<StationSample>& side, const scene::Scene& scene) {
   return !side.empty() && side.back().t_s - side.front().t_s >= kWholeRun * scene.duration_s();

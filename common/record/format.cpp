@@ -1,0 +1,88 @@
+#include "common/record/format.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace farhand {
+namespace {
+
+constexpr int kDigits = 3;
+constexpr double kSmallest = 1e-3, kLargest = 1e6;  // beyond these an exponent reads better
+
+std::string fixed(double y, int decimals) {
+  char buffer[400];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, y, std::chars_format::fixed, decimals);
+  std::string out(buffer, end.ptr);
+  return out.find_first_not_of("-0.") == std::string::npos && out[0] == '-' ? out.substr(1) : out;  // no -0.00
+}
+
+std::string scientific(double y) {
+  char buffer[64];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, y, std::chars_format::scientific, kDigits - 1);
+  return {buffer, end.ptr};
+}
+
+}  // namespace
+
+std::string three_digits(double y) {
+  if (!std::isfinite(y)) return "-";
+  if (y == 0) return "0";
+  // The exponent after rounding: 9.996 is 10.0 and not 10.00.
+  const std::string rounded = scientific(y);
+  const int exponent = std::stoi(rounded.substr(rounded.find('e') + 1));
+  if (std::abs(y) < kSmallest || std::abs(y) >= kLargest) return rounded;
+  return fixed(y, std::max(0, kDigits - 1 - exponent));
+}
+
+std::string tick_label(double y, double step) {
+  if (!std::isfinite(y) || !(step > 0)) return "-";
+  if (std::max(std::abs(y), step) >= kLargest || step < 1e-6) return y == 0 ? "0" : scientific(y);
+  return fixed(y, std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9))));
+}
+
+std::string quantity(double y, std::string_view unit) {
+  if (!std::isfinite(y)) return "-";
+  if (unit == "rad") return three_digits(1e3 * y) + " mrad (" + three_digits(y * 180 / std::numbers::pi) + "\u00b0)";
+  if (unit == "N m" && y != 0 && std::abs(y) < 0.1) return three_digits(1e3 * y) + " mN m";
+  if (unit == "J" && y != 0 && std::abs(y) < 0.1) return three_digits(1e3 * y) + " mJ";
+  if (unit.empty() || unit == "1") return three_digits(y);
+  return three_digits(y) + " " + std::string(unit);
+}
+
+std::string escaped(std::string_view text) {
+  // A round trip through JSON replaces every byte that is not UTF-8.
+  const std::string clean =
+      nlohmann::json::parse(nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
+          .get<std::string>();
+  std::string out;
+  for (const char c : clean) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t')
+          out += c;
+        else
+          out += "\ufffd";
+    }
+  }
+  return out;
+}
+
+}  // namespace farhand

@@ -1,0 +1,22 @@
+// Numbers and text as a reader sees them: three significant digits, SI units, whatever the locale of the process; and
+// text that cannot break the page it is put into.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace farhand {
+
+// 12.3, 0.00123, 1.23e-07; "-" if not finite.
+std::string three_digits(double y);
+
+// As few digits as tell the number apart from its neighbours on a scale with this step.
+std::string tick_label(double y, double step);
+
+// The value in the unit that reads best: rad becomes mrad and degrees, small N m become mN m, shares become percent.
+std::string quantity(double y, std::string_view unit);
+
+// For HTML and SVG, in text and in attributes. Control characters and broken UTF-8 are replaced.
+std::string escaped(std::string_view text);
+
+}  // namespace farhand
