@@ -229,6 +229,11 @@ TEST(Load, ChecksWhatMustFitTogether) {
   EXPECT_EQ(complaint(kBase + "network { forward { cut_from_s: 3 cut_until_s: 2 } }"),
             "FILE:3:21: network.forward.cut_from_s = 3 must be at most cut_until_s = 2");
   EXPECT_EQ(complaint(kBase + "network { backward { cut_from_s: 3 cut_until_s: 3 } }"), "");
+  EXPECT_EQ(
+      complaint(kBase + "network { forward { jitter_s: 0.2 delay_s: 0.1 } }"),
+      "FILE:3:21: network.forward.jitter_s = 0.2 must be at most delay_s = 0.1 with distribution UNIFORM: no packet "
+      "arrives before it is sent");
+  EXPECT_EQ(complaint(kBase + "network { forward { jitter_s: 0.2 distribution: NORMAL_DISTRIBUTION } }"), "");
   EXPECT_EQ(complaint(kBase + "windows { free { from_s: 3 until_s: 3 } }"),
             "FILE:3:18: windows.free.from_s = 3 must be below until_s = 3");
   EXPECT_EQ(complaint(kBase + "windows { contact { from_s: 3 until_s: 10.5 } }"),

@@ -8,7 +8,7 @@
 #include "common/record/mcap_format.hpp"
 #include "common/record/mcap_reader.hpp"
 #include "common/record/mcap_writer.hpp"
-#include "record.pb.h"
+#include "proto/record.pb.h"
 #include "tests/scratch_directory.hpp"
 
 namespace farhand {

@@ -52,8 +52,11 @@ class CheckRooms(unittest.TestCase):
         self.assert_accepted("common/signal/a.hpp", "#include <array>\n")
 
     def test_firmware_is_freestanding(self):
-        self.assert_accepted("slave/mcu/core.cpp", '#include <stdint.h>\n#include "common/device/mcu_frame.hpp"\n#include "slave/mcu/core.hpp"\n')
-        self.assert_refused("slave/mcu/core.hpp", "#include <cstdint>\n", 1, "firmware")
+        core = "slave/mcu/orthosis_mcu"
+        self.assert_accepted(f"{core}.cpp", f'#include <stdint.h>\n#include "common/device/mcu_frame.hpp"\n#include "{core}.hpp"\n')
+        self.assert_accepted("slave/mcu/emulator.hpp", f'#include <cmath>\n#include "{core}.hpp"\n')
+        self.assert_refused(f"{core}.hpp", "#include <cstdint>\n", 1, "firmware")
+        self.assert_refused(f"{core}.hpp", '#include "slave/mcu/emulator.hpp"\n', 1, "firmware")
         self.assert_refused("common/device/mcu_frame.hpp", '#include "common/signal/joints.hpp"\n', 1, "firmware")
 
     def test_includes_are_written_from_the_root(self):

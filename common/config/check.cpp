@@ -117,6 +117,15 @@ void check_window(Checker& checker, const scene::Window& window, const std::stri
                                              " lies after the end of the run, duration_s = " + shortest(duration_s));
 }
 
+void check_path(Checker& checker, const scene::Path& path, const std::string& prefix) {
+  check_order(checker, path, prefix, "cut_from_s", "cut_until_s", true);
+  // Cutting such a delay at 0 would silently raise its mean.
+  if (path.distribution() == scene::UNIFORM && path.jitter_s() > path.delay_s())
+    checker.complain(prefix + "jitter_s", prefix + "jitter_s = " + shortest(path.jitter_s()) +
+                                              " must be at most delay_s = " + shortest(path.delay_s()) +
+                                              " with distribution UNIFORM: no packet arrives before it is sent");
+}
+
 void check_together(Checker& checker, const scene::Scene& scene) {
   check_order(checker, scene.control(), "control.", "f_1_nm", "f_2_nm");
   check_order(checker, scene.master().axis(), "master.axis.", "range_min_rad", "range_max_rad");
@@ -125,8 +134,8 @@ void check_together(Checker& checker, const scene::Scene& scene) {
   check_order(checker, scene.slave().motor(), "slave.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().series_elastic(), "slave.series_elastic.", "stop_min_rad", "stop_max_rad");
   if (scene.slave().has_hand()) check_order(checker, scene.slave().hand(), "slave.hand.", "from_s", "until_s");
-  check_order(checker, scene.network().forward(), "network.forward.", "cut_from_s", "cut_until_s", true);
-  check_order(checker, scene.network().backward(), "network.backward.", "cut_from_s", "cut_until_s", true);
+  check_path(checker, scene.network().forward(), "network.forward.");
+  check_path(checker, scene.network().backward(), "network.backward.");
   if (scene.windows().has_free()) check_window(checker, scene.windows().free(), "windows.free.", scene.duration_s());
   if (scene.windows().has_contact())
     check_window(checker, scene.windows().contact(), "windows.contact.", scene.duration_s());

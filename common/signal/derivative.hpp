@@ -1,7 +1,7 @@
 // Band-limited derivative of an encoder position: v = LPF_g[(x - x_previous) / dt].
 //
-// Kept in the telescoped form v = (y - y_previous) / dt with y = LPF_g[x]: the same numbers with one state, and a start that needs
-// no "first sample" case.
+// Kept in the telescoped form v = (y - y_previous) / dt with y = LPF_g[x]: the same numbers with one state, and a start
+// that needs no "first sample" case.
 #pragma once
 
 #include "common/signal/cutoff.hpp"
@@ -24,8 +24,8 @@ class Derivative {
     y_ = x;
     v_.setZero();
   }
-  // Ticks were missed: take x as it is and keep the velocity, so that the gap is not differentiated into a spike. The next step at
-  // x + v dt then returns v again.
+  // Ticks were missed: take x as it is and keep the velocity, so that the gap is not differentiated into a spike. The
+  // next step at x + v dt then returns v again.
   void bridge(const Joints<N>& x) noexcept { y_ = x - v_ * (dt_s_ / a_ - dt_s_); }
 
   const Joints<N>& value() const noexcept { return v_; }
