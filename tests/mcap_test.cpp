@@ -8,8 +8,8 @@
 #include "common/record/mcap_format.hpp"
 #include "common/record/mcap_reader.hpp"
 #include "common/record/mcap_writer.hpp"
-#include "record.pb.h"
-#include "tests/scratch_directory.hpp"
+#include "proto/record.pb.h"
+#include "tests/support/scratch_directory.hpp"
 
 namespace farhand {
 namespace {

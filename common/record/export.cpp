@@ -19,7 +19,7 @@
 #include "common/record/mat_file.hpp"
 #include "common/record/mcap_reader.hpp"
 #include "common/signal/joints.hpp"
-#include "record.pb.h"
+#include "proto/record.pb.h"
 
 namespace farhand {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "common/record/session.hpp"
 #include "common/signal/joints.hpp"
-#include "record.pb.h"
+#include "proto/record.pb.h"
 
 namespace farhand {
 
