@@ -13,7 +13,7 @@
 
 #include "common/record/mcap_writer.hpp"
 #include "common/record/recording.hpp"
-#include "tests/scratch_directory.hpp"
+#include "tests/support/scratch_directory.hpp"
 
 namespace farhand {
 namespace {

@@ -9,7 +9,7 @@
 #include "common/record/mcap_reader.hpp"
 #include "common/record/mcap_writer.hpp"
 #include "proto/record.pb.h"
-#include "tests/scratch_directory.hpp"
+#include "tests/support/scratch_directory.hpp"
 
 namespace farhand {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "common/record/mcap_reader.hpp"
 #include "common/record/recording.hpp"
-#include "tests/scratch_directory.hpp"
+#include "tests/support/scratch_directory.hpp"
 
 namespace farhand {
 namespace {
@@ -167,6 +167,27 @@ TEST(Merge, GoesOnWithOneSideAndSaysSo) {
   ASSERT_EQ(session.events.size(), 2u);
   EXPECT_NE(session.events[0].text.find("is not an MCAP file"), std::string::npos);
   EXPECT_EQ(session.events[1].text, "there is no recording of this side");
+}
+
+// 200 ppm over 1,000 s are 200 ms, ten times the round trip: theta runs from 0 to 0.2 s.
+TEST(Merge, BoundsTheOffsetOfClocksThatDrift) {
+  constexpr Nanoseconds kDelay = 10 * kMillisecond;
+  Recorded::Series<StationSample> master, slave;
+  for (int i = 0; i <= 100'000; ++i) {
+    const Nanoseconds t = i * 10 * kMillisecond, theta = i * 2 * kMicrosecond;
+    StationSample sample;
+    sample.rtt_s = 0.020;
+    sample.newest_peer_arrival_ns = t + kDelay + 1;  // 1: the stamp 0 means none
+    sample.newest_peer_send_ns = t + theta + 1;
+    master.emplace_back(t, sample);
+    sample.newest_peer_arrival_ns = t + kDelay + theta + 1;
+    sample.newest_peer_send_ns = t + 1;
+    slave.emplace_back(t, sample);
+  }
+  const ClockOffset clocks = estimate_clock_offset(master, slave);
+  EXPECT_FALSE(clocks.one_rate);
+  EXPECT_NEAR(clocks.offset_s, -0.1, 1e-9);  // the middle of the run
+  EXPECT_NEAR(clocks.bound_s, 0.1, 1e-9);    // reaches just to both ends
 }
 
 TEST(Merge, HasNoBoundWithoutPacketsInBothDirections) {

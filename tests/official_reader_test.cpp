@@ -9,7 +9,7 @@
 #include "common/record/mcap_reader.hpp"
 #include "common/record/recorder.hpp"
 #include "common/record/session_file.hpp"
-#include "tests/scratch_directory.hpp"
+#include "tests/support/scratch_directory.hpp"
 
 namespace farhand {
 namespace {

@@ -20,6 +20,14 @@ Nanoseconds fastest_transit(const Recorded::Series<StationSample>& arrivals) {
   return fastest;
 }
 
+double fastest_round_trip(const Recorded::Series<StationSample>& samples) {
+  double fastest = std::numeric_limits<double>::infinity();
+  for (const auto& [t, sample] : samples) {
+    if (sample.rtt_s > 0) fastest = std::min(fastest, sample.rtt_s);
+  }
+  return fastest;
+}
+
 // The emulator ticks at its own pace: its world is read between its ticks.
 void add_true_world(const Recorded::Series<McuSample>& mcu, Recorded::Series<StationSample>& slave) {
   auto after = mcu.begin();
@@ -52,7 +60,11 @@ ClockOffset estimate_clock_offset(const Recorded::Series<StationSample>& master,
   const Nanoseconds forward = fastest_transit(slave), back = fastest_transit(master);
   if (forward == kNever || back == kNever) return {0, std::numeric_limits<double>::infinity()};
   // Halved before the sum: the offset of two hosts' clocks may be large.
-  return {to_seconds(back) / 2 - to_seconds(forward) / 2, std::abs(to_seconds(forward + back)) / 2};
+  const double offset = to_seconds(back) / 2 - to_seconds(forward) / 2;
+  const double half_width = to_seconds(forward + back) / 2;
+  if (half_width >= 0) return {offset, half_width};
+  const double round_trip = std::min(fastest_round_trip(master), fastest_round_trip(slave));
+  return {offset, round_trip / 2 - half_width, false};
 }
 
 Session merge_recordings(const std::filesystem::path& directory) {
@@ -97,19 +109,16 @@ Session merge_recordings(const std::filesystem::path& directory) {
     const std::string& clock = master->info.clock_id();
     if (clock.empty() || clock != slave->info.clock_id()) {
       const ClockOffset clocks = estimate_clock_offset(master->master, slave->slave);
-      if (std::isinf(clocks.bound_s)) {
-        // Nothing better than what the hosts believe to be the time of day.
-        shift = (master->info.start_utc_ns() - master->info.start_ns()) -
-                (slave->info.start_utc_ns() - slave->info.start_ns());
-        remark("slave", "packets did not pass in both directions: clocks are aligned by the time of day");
-      } else {
-        shift = from_seconds(clocks.offset_s);
-      }
+      const bool one_way = std::isinf(clocks.bound_s) && clocks.one_rate;
+      // Without packets in both directions there is nothing better than what the hosts believe to be the time of day.
+      shift = one_way ? (master->info.start_utc_ns() - master->info.start_ns()) -
+                            (slave->info.start_utc_ns() - slave->info.start_ns())
+                      : from_seconds(clocks.offset_s);
       session.clock_offset_s = to_seconds(shift);
       session.clock_offset_bound_s = clocks.bound_s;
-      if (clocks.bound_s < std::numeric_limits<double>::infinity()) {
-        remark("slave", "clock aligned to the master's within +- " + milliseconds(clocks.bound_s));
-      }
+      remark("slave", one_way ? "packets did not pass in both directions: clocks are aligned by the time of day"
+                              : "clock aligned to the master's within +- " + milliseconds(clocks.bound_s));
+      if (!clocks.one_rate) remark("slave", "the clocks drifted apart during the run: one offset does not fit it all");
     }
   }
 
