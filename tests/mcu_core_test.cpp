@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <stdexcept>
 
 #include "common/device/mcu_si.hpp"
 #include "slave/mcu/mcu_params.hpp"
@@ -52,51 +51,6 @@ struct Bench {
   OrthosisMcu core;
   std::uint8_t seq = 0;
 };
-
-TEST(McuGain, IsWithinHalfA16BitStepOverItsWholeRange) {
-  for (double value = 3e-10; value < 65000; value *= 1.37) {
-    const Gain gain = make_gain("test", value);
-    EXPECT_NEAR(std::ldexp(gain.mantissa, -gain.right), value, kDelta * value) << value;
-  }
-  EXPECT_EQ(make_gain("test", 0).mantissa, 0);
-  EXPECT_EQ(make_gain("test", 1e-30).mantissa, 0);
-  EXPECT_EQ(make_gain("test", 1.0 - 1e-9).mantissa, 32768);
-}
-
-TEST(McuGain, MultipliesToTheNearestUnitAndSaturates) {
-  std::mt19937 random(1);
-  for (int i = 0; i < 1'000'000; ++i) {
-    const int bits = static_cast<int>(random() % 31);
-    const auto value = static_cast<std::int32_t>(random() % ((1u << bits) + 1)) * (random() % 2 ? 1 : -1);
-    const Gain gain{static_cast<std::uint16_t>(random() % 65536), static_cast<std::uint8_t>(random() % 48)};
-    const double exact = std::ldexp(static_cast<double>(value) * gain.mantissa, -gain.right);
-    const double expected = std::clamp(exact, -static_cast<double>(kLargest), static_cast<double>(kLargest));
-    ASSERT_NEAR(times(value, gain), expected, gain.right > 16 ? 1.0 : 0.5)
-        << value << ' ' << gain.mantissa << ' ' << +gain.right;
-  }
-}
-
-TEST(McuParams, WhatDoesNotFitIsRefusedByName) {
-  const auto refused = [](auto change) {
-    McuSettings settings;
-    change(settings);
-    try {
-      make_mcu_params(settings);
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
-  EXPECT_EQ(refused([](McuSettings& s) { s.torque_limit = 9; }),
-            "MCU: torque_limit = 9 does not fit; allowed is 0.001 to 8");
-  EXPECT_NE(refused([](McuSettings& s) { s.loop_hz = 1500; }).find("loop_hz"), std::string::npos);
-  EXPECT_NE(refused([](McuSettings& s) { s.spring = 1e6; }).find("spring"), std::string::npos);
-  EXPECT_NE(refused([](McuSettings& s) { s.K_p = NAN; }).find("K_p"), std::string::npos);
-  EXPECT_NE(refused([](McuSettings& s) { s.K_f = -1; }).find("K_f"), std::string::npos);
-  EXPECT_NE(refused([](McuSettings& s) { s.range_min = 0.5; }).find("range_max"), std::string::npos);
-  EXPECT_NE(refused([](McuSettings& s) { s.g = 0; }).find("g ="), std::string::npos);
-  EXPECT_EQ(refused([](McuSettings&) {}), "accepted");
-}
 
 TEST(McuCore, EncoderCountsAreAnglesToTwoUnits) {
   for (const double per_rev : {20000.0, 80000.0, 4096.0, 0.0}) {

@@ -197,6 +197,24 @@ TEST(McuLoop, AWallIsStable) {
   EXPECT_NEAR(f, 400 * 0.15 / 125, 0.02 * 0.48);  // K_p (x_ref - x) = K_f f
 }
 
+TEST(McuLoop, TorqueModePutsTheWantedTorqueOnTheHand) {
+  for (const double torque : {0.8, -0.8}) {
+    Session session(with_hand(5));
+    session.run(0.02, [](double) { return References{Mode::kSafe}; });
+    double most = 0;
+    session.run(
+        3.0,
+        [&](double t) {
+          return References{Mode::kTorque, 0, 0, t < 0.1 ? 0 : torque};
+        },
+        [&](double) { most = std::max(most, std::abs(session.world().true_f())); });
+    EXPECT_EQ(session.state(), State::kTorque);
+    EXPECT_NEAR(session.world().true_f(), torque, 4e-3);  // one count of each encoder is 3.1 mN m of spring
+    EXPECT_NEAR(mcu::torque_nm(session.telemetry), torque, 4e-3);
+    std::printf("torque mode: %.4f N m, peak %.3f\n", session.world().true_f(), most);
+  }
+}
+
 // Without the master's force only K_p (x_ref - x) = a is left to accelerate the joint: the same law, seen from its
 // error.
 TEST(McuLoop, TrackingErrorWithoutForceReferenceIsTheAccelerationOverK_p) {
