@@ -133,6 +133,7 @@ class Receiver {
   bool heard() const noexcept { return any_; }
   // The newest packet by sequence number: state and limits of the peer, its motion before play-out.
   const Packet<N>& newest() const noexcept { return newest_; }
+  Nanoseconds newest_arrival() const noexcept { return newest_arrival_; }
   const ReceiverCounters& counters() const noexcept { return counters_; }
 
   Nanoseconds silence(Nanoseconds now) const noexcept {

@@ -21,9 +21,9 @@ struct MetricInfo {
   bool deterministic = true;  // false: a figure of the wall clock, never among the results of a run in virtual time
 };
 
-// F_m: torque of the therapist on the device; F_s: torque of the device on the hand; T_p: play-out delay in force, which is
-// the transit of the fastest packet so far (from its tick of sending to the first tick that could show it) plus the
-// depth of the buffer. `farhand-lab schema` prints this table.
+// F_m: torque of the therapist on the device; F_s: torque of the device on the hand; T_p: play-out delay in force,
+// which is the transit of the fastest packet so far (from its tick of sending to the first tick that could show it)
+// plus the depth of the buffer. `farhand-lab schema` prints this table.
 inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"scene", "", "name of the scene"},
     {"seed", "1", "seed of every random choice"},

@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <optional>
 
-namespace farhand {
+#include "common/scene/engagement.hpp"
 
-enum class OperatorAct { kEngage, kHold, kStop, kReset };
+namespace farhand {
 
 class OperatorInput {
  public:

@@ -31,6 +31,17 @@ enum class Reason : std::uint8_t {
   kNotFinite
 };
 
+constexpr const char* name_of(StationState state) noexcept {
+  constexpr const char* kNames[] = {"ready", "aligning", "engaged", "holding", "fault"};
+  return kNames[static_cast<int>(state)];
+}
+constexpr const char* name_of(Reason reason) noexcept {
+  constexpr const char* kNames[] = {
+      "start",        "operator", "peer silent", "peer in fault", "peer let go",
+      "peer engaged", "aligned",  "timeout",     "device lost",   "reading is not a number"};
+  return kNames[static_cast<int>(reason)];
+}
+
 struct EngagementParams {
   Nanoseconds timeout = 5 * kSecond;  // gives up aligning, or waiting for the follower to engage
 };

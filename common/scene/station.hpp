@@ -54,7 +54,7 @@ class Station {
       : params_(p),
         dt_s_(p.scene.drive.dt_s),
         scene_(p.scene),
-        receiver_(p.receive),
+        receiver_(p.receive, p.session),
         engagement_(p.role, p.engagement),
         blend_(p.blend_s, p.align_speed) {}
 
@@ -75,7 +75,7 @@ class Station {
     const Played<N> played = receiver_.play(now);
     trace_.remote = played.any ? played.motion : own_motion();
     trace_.playout_depth = played.depth;
-    trace_.rtt = receiver_.rtt();
+    trace_.rtt = receiver_.rtt().value_or(0);
 
     decide(now, sensed, act, played.any);
     const Motion<N> source = choose();
@@ -113,7 +113,7 @@ class Station {
     in.device_valid = sensed.valid;
     in.finite = !sensed.valid || sensed.finite();
     in.peer_alive = peer_known && receiver_.alive(now);
-    in.peer = receiver_.peer_state();
+    in.peer = receiver_.newest().state;
     in.aligned = peer_known && (params_.role == Role::kLeader ? blend_.done() && offset < params_.align_tolerance
                                                               : offset < kFollowerGate);
     const StationState before = trace_.state;

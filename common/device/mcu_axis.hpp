@@ -1,0 +1,104 @@
+// The host's end of the serial line to the orthosis MCU: references out, telemetry in, and the host's own judgement
+// whether the device can be trusted right now.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "common/device/mcu_si.hpp"
+#include "common/device/simulated_axis.hpp"
+
+namespace farhand {
+
+struct McuAxisCounters {
+  std::uint64_t sent = 0, received = 0, crc_errors = 0, framing_errors = 0, dropped = 0;
+};
+
+// Port: `std::size_t read(std::span<std::uint8_t>, double t_s) noexcept`, `bool write(std::span<const std::uint8_t>,
+// double t_s) noexcept` and `bool lost() noexcept`.
+template <class Port>
+class McuAxis {
+ public:
+  using Drive = ReferenceDrive<1>;
+
+  template <class... Args>
+  explicit McuAxis(Args&&... port_args) : port(std::forward<Args>(port_args)...) {}
+
+  Port port;
+
+  // The readings are valid while telemetry is fresh, the MCU is in no fault, and it does what it was told: an MCU that
+  // let go by itself (its own watchdog) while the station believes to be engaged is a lost device.
+  Drive::Sensed read(double t_s) noexcept {
+    std::array<std::uint8_t, 64> bytes;
+    for (int burst = 0; burst < 16; ++burst) {
+      const std::size_t n = port.read(bytes, t_s);
+      for (std::size_t i = 0; i < n; ++i) {
+        if (decoder_.push(bytes[i])) take(mcu::unpack_telemetry(decoder_.payload()), t_s);
+      }
+      if (n < bytes.size()) break;
+    }
+    counters_.crc_errors = decoder_.crc_errors();
+    counters_.framing_errors = decoder_.framing_errors();
+    const bool fresh = heard_ && t_s - heard_s_ <= kSilence;
+    const bool obeys = !tracking_ || state_ == mcu::State::kTrack || t_s - tracking_since_s_ < kTakeOver;
+    sensed_.valid = fresh && !port.lost() && state_ != mcu::State::kFault && obeys;
+    return sensed_;
+  }
+
+  void write(const Drive::Command& command, double t_s) noexcept {
+    if (command.track && !tracking_) tracking_since_s_ = t_s;
+    tracking_ = command.track;
+    const Motion<1>& r = command.reference;
+    const mcu::Command frame = mcu::make_command(command.track ? mcu::Mode::kTrack : mcu::Mode::kSafe,
+                                                 static_cast<std::uint8_t>(seq_++ & 15), r.x[0], r.v[0], r.f[0]);
+    std::array<std::uint8_t, mcu::kWireBytes> wire;
+    mcu::encode(frame, wire.data());
+    if (port.write(wire, t_s)) {
+      ++counters_.sent;
+    } else {
+      ++counters_.dropped;
+    }
+  }
+
+  // A port onto a simulated device knows the truth; a real one does not.
+  Truth truth() const noexcept {
+    if constexpr (requires { port.truth(); }) {
+      return port.truth();
+    } else {
+      constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+      return {unknown, unknown, unknown};
+    }
+  }
+  // Of the last read.
+  bool valid() const noexcept { return sensed_.valid; }
+  const McuAxisCounters& counters() const noexcept { return counters_; }
+  mcu::State state() const noexcept { return state_; }
+  const mcu::SlowValues& slow() const noexcept { return slow_; }
+
+ private:
+  static constexpr double kSilence = 0.050;   // s, the serial timer
+  static constexpr double kTakeOver = 0.100;  // s, for three frames there, one back and a late host
+
+  void take(const mcu::Telemetry& telemetry, double t_s) noexcept {
+    ++counters_.received;
+    heard_ = true;
+    heard_s_ = t_s;
+    state_ = telemetry.state;
+    sensed_.x[0] = mcu::angle_rad(telemetry);
+    sensed_.f[0] = mcu::torque_nm(telemetry);
+    slow_.take(telemetry);
+  }
+
+  mcu::FrameDecoder decoder_;
+  McuAxisCounters counters_;
+  Drive::Sensed sensed_;
+  mcu::State state_ = mcu::State::kSafe;
+  mcu::SlowValues slow_;
+  std::uint32_t seq_ = 0;
+  double heard_s_ = 0.0, tracking_since_s_ = 0.0;
+  bool heard_ = false, tracking_ = false;
+};
+
+}  // namespace farhand

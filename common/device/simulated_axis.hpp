@@ -1,0 +1,43 @@
+// A simulated world where the motor and encoder of a station would be. Between two ticks the torque is held, as a power
+// stage holds it.
+#pragma once
+
+#include "common/scene/drive.hpp"
+
+namespace farhand {
+
+// What only a simulated world knows.
+struct Truth {
+  double x = 0, v = 0, f = 0;  // rad, rad/s, N m in the sign of Motion::f
+};
+
+// World: MasterWorld or DirectSlaveWorld. Time starts with the first read.
+template <class World>
+class SimulatedAxis {
+ public:
+  using Drive = DirectDrive<1>;
+
+  explicit SimulatedAxis(const typename World::Params& params) : world_(params) {}
+
+  // Advances the world to t_s (time of the world) under the torque of the last write.
+  Drive::Sensed read(double t_s) noexcept {
+    if (t_s > t_s_) {
+      world_.advance(torque_, t_s_, t_s);
+      t_s_ = t_s;
+    }
+    Drive::Sensed sensed;
+    sensed.x[0] = world_.encoder();
+    return sensed;
+  }
+  void write(const Drive::Command& command, double /*t_s*/) noexcept { torque_ = command.torque[0]; }
+
+  // At the time of the last read, under the torque that led there.
+  Truth truth() const noexcept { return {world_.true_x(), world_.true_v(), world_.true_f()}; }
+
+ private:
+  World world_;
+  double torque_ = 0.0;
+  double t_s_ = 0.0;
+};
+
+}  // namespace farhand

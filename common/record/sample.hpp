@@ -1,0 +1,54 @@
+// From a station's tick to a row of a recording.
+#pragma once
+
+#include "common/device/simulated_axis.hpp"
+#include "common/record/session.hpp"
+#include "common/scene/station.hpp"
+
+namespace farhand {
+
+template <class S>
+StationSample sample_of(const Station<S>& station, const Truth& truth, double t_s) noexcept {
+  const auto& trace = station.trace();
+  StationSample row;
+  row.t_s = t_s;
+  row.state = static_cast<int>(trace.state);
+  row.x_rad = trace.local.x[0];
+  row.v_rad_s = trace.local.v[0];
+  row.f_nm = trace.local.f[0];
+  row.remote_x_rad = trace.remote.x[0];
+  row.remote_v_rad_s = trace.remote.v[0];
+  row.remote_f_nm = trace.remote.f[0];
+  row.target_x_rad = trace.target.x[0];
+  row.command_nm = trace.effort;
+  row.x_cdob_rad = trace.compensation.x_cdob;
+  row.alpha = trace.compensation.alpha;
+  row.playout_delay_s = to_seconds(trace.playout_depth);
+  row.rtt_s = to_seconds(trace.rtt);
+  row.limits = trace.limits;
+  if (station.receiver().heard()) {
+    row.newest_peer_send_ns = station.receiver().newest().send_time_ns;
+    row.newest_peer_arrival_ns = station.receiver().newest_arrival();
+  }
+  row.true_x_rad = truth.x;
+  row.true_v_rad_s = truth.v;
+  row.true_f_nm = truth.f;
+  return row;
+}
+
+// What the receiver counted, over all sessions of the peer.
+inline StationCounters counters_of(const ReceiverCounters& receiver) noexcept {
+  StationCounters total;
+  total.received = receiver.received;
+  total.late = receiver.late;
+  total.reordered = receiver.reordered;
+  total.duplicate = receiver.duplicate;
+  total.lost = receiver.lost;
+  total.rejected_session = receiver.rejected_session;
+  total.rejected_expired = receiver.rejected_expired;
+  total.rejected_format = receiver.rejected_stamp;
+  total.rejected_not_finite = receiver.rejected_not_finite;
+  return total;
+}
+
+}  // namespace farhand

@@ -1,0 +1,95 @@
+#include "common/runtime/program.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <random>
+
+namespace farhand {
+
+void add_scene_option(CLI::App& app, SceneChoice& choice) {
+  app.add_option("--scene", choice.scene, "name of a shipped scene, or path of a scene file")->required();
+}
+
+void add_set_options(CLI::App& app, SceneChoice& choice) {
+  app.add_option("--set", choice.sets, "field.path=value, on top of the scene; may be repeated")
+      ->allow_extra_args(false);
+  app.add_option("--seed", choice.seed, "seed of every random choice, instead of the scene's");
+}
+
+int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+  const std::string name = app.get_name();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "%s: %s (--help lists the options)\n", name.c_str(), error.what());
+    return kExitUsage;
+  }
+  try {
+    return body();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
+    return kExitUsage;
+  }
+}
+
+record::RunInfo run_info(const LoadedScene& scene, const std::string& role) {
+  record::RunInfo info;
+  info.set_scene_name(scene.name);
+  info.set_scene_text(complete_text(scene.scene));
+  info.set_seed(scene.scene.seed());
+  info.set_role(role);
+  info.set_program_version(FARHAND_VERSION);
+  info.set_start_ns(monotonic_now());
+  const auto utc = std::chrono::system_clock::now().time_since_epoch();
+  info.set_start_utc_ns(std::chrono::duration_cast<std::chrono::nanoseconds>(utc).count());
+  info.set_clock_id(host_clock_id());
+  return info;
+}
+
+std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role) {
+  if (file.empty()) return nullptr;
+  return std::make_unique<Recorder>(file, run_info(scene, role));
+}
+
+void finish_recorder(Recorder* recorder, const StationCounters& counters) {
+  if (recorder == nullptr) return;
+  const RecordingOutcome outcome = recorder->finish(counters);
+  if (!outcome.problem.empty()) std::fprintf(stderr, "recording: %s\n", outcome.problem.c_str());
+  if (outcome.overflow + outcome.unwritten > 0) {
+    std::fprintf(stderr,
+                 "recording: %llu samples found the ring full and %llu found no room on the disk; %s lacks them\n",
+                 static_cast<unsigned long long>(outcome.overflow), static_cast<unsigned long long>(outcome.unwritten),
+                 outcome.file.c_str());
+  }
+}
+
+std::uint32_t draw_session() {
+  std::random_device entropy;
+  std::uint32_t session = 0;
+  while (session == 0) session = entropy();
+  return session;
+}
+
+LoopParams loop_params(const scene::Scene& scene, Nanoseconds period, const StopSignals& stop) {
+  LoopParams params;
+  params.period_ns = period;
+  params.duration_ns = from_seconds(scene.duration_s());
+  params.realtime.fifo_priority = static_cast<int>(scene.runtime().priority());
+  params.realtime.lock_memory = scene.runtime().lock_memory();
+  params.stop = &stop;
+  return params;
+}
+
+void print_loop(const char* program, const RunStats& stats) {
+  std::printf(
+      "%s: %llu ticks, %llu overran their period, %llu deadlines skipped; tick p50 %.0f, p99 %.0f, max %.0f us\n",
+      program, static_cast<unsigned long long>(stats.ticks), static_cast<unsigned long long>(stats.overruns),
+      static_cast<unsigned long long>(stats.missed), 1e-3 * static_cast<double>(stats.tick_duration.quantile(0.5)),
+      1e-3 * static_cast<double>(stats.tick_duration.quantile(0.99)),
+      1e-3 * static_cast<double>(stats.tick_duration.max()));
+}
+
+}  // namespace farhand

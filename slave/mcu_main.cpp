@@ -1,0 +1,129 @@
+// farhand-mcu: the orthosis without hardware. MCU core and simulated orthosis behind a pseudo terminal, at the pace of
+// 115200 baud.
+//
+// It counts MCU loops, not wall time: when the host wakes it more than two milliseconds late it moves its time base
+// instead of catching up, so that a busy machine does not look like a dead cable.
+#include <poll.h>
+
+#include <array>
+#include <cstdio>
+
+#include "common/device/pty.hpp"
+#include "common/runtime/program.hpp"
+#include "slave/emulator_params.hpp"
+
+namespace farhand {
+namespace {
+
+struct Options {
+  SceneChoice scene;
+  std::string link, record;
+};
+
+class EmulatorLoop {
+ public:
+  EmulatorLoop(OrthosisOnSerial& orthosis, Pty& pty, Recorder* recorder)
+      : orthosis_(orthosis), pty_(pty), recorder_(recorder) {}
+
+  bool operator()(const TickTime& time) noexcept {
+    if (time.stopping) return false;
+    const bool late = time.missed > kCaughtUp;
+    if (late) {
+      ++stalls_;
+      stalled_ms_ += time.missed;
+    }
+    now_ += kMillisecond * static_cast<Nanoseconds>(late ? 1 : 1 + time.missed);
+
+    std::array<std::uint8_t, 256> bytes;
+    const std::size_t heard = pty_.read(bytes);
+    orthosis_.send(bytes.data(), heard, now_);
+    orthosis_.advance(now_);
+    std::size_t said = 0;
+    while (said < bytes.size() && orthosis_.receive(now_, bytes[said])) ++said;
+    pty_.write(std::span(bytes).first(said));
+    record(time.deadline_ns);
+    return true;
+  }
+
+  std::uint64_t stalls() const noexcept { return stalls_; }
+  std::uint64_t stalled_ms() const noexcept { return stalled_ms_; }
+  double virtual_s() const noexcept { return to_seconds(now_); }
+
+ private:
+  static constexpr std::uint64_t kCaughtUp = 2;  // ms
+
+  void record(Nanoseconds t) noexcept {
+    if (recorder_ == nullptr) return;
+    const SeriesElasticWorld& world = orthosis_.emulator().world();
+    McuSample sample;
+    sample.true_x_rad = world.true_x();
+    sample.true_v_rad_s = world.true_v();
+    sample.true_f_nm = world.true_f();
+    sample.motor_x_rad = world.true_motor_x();
+    sample.spring_torque_nm = world.true_spring_torque();
+    sample.state = static_cast<int>(orthosis_.emulator().output().state);
+    recorder_->push(t, sample);
+  }
+
+  OrthosisOnSerial& orthosis_;
+  Pty& pty_;
+  Recorder* recorder_;
+  Nanoseconds now_ = 0;
+  std::uint64_t stalls_ = 0, stalled_ms_ = 0;
+};
+
+// The orthosis is switched on by its first byte from the host, so that the times of the scene count from there.
+bool wait_for_host(const Pty& pty, const StopSignals& stop) {
+  while (stop.signal() == 0) {
+    pollfd ready{pty.native_handle(), POLLIN, 0};
+    if (::poll(&ready, 1, 100) > 0 && (ready.revents & POLLIN) != 0) return true;
+  }
+  return false;
+}
+
+int run(const Options& options) {
+  const LoadedScene loaded = options.scene.load();
+  if (loaded.scene.slave().device() != scene::SERIES_ELASTIC) {
+    throw std::invalid_argument("scene '" + loaded.name +
+                                "' has no SERIES_ELASTIC slave, so there is no MCU to emulate");
+  }
+  OrthosisOnSerial orthosis(emulator_params(loaded.scene),
+                            10 * 10.0 / 115200);  // ten bytes of ten bits, and no adapter
+  Pty pty(options.link);
+  const StopSignals stop;
+  std::printf("serial %s\n", options.link.c_str());
+  std::fflush(stdout);
+  if (!wait_for_host(pty, stop)) return kExitStopped;
+
+  const std::unique_ptr<Recorder> recorder = start_recorder(options.record, loaded, "mcu");
+  EmulatorLoop loop(orthosis, pty, recorder.get());
+  LoopParams params = loop_params(loaded.scene, kMillisecond, stop);
+  params.duration_ns = 0;
+  const RunStats stats = farhand::run(params, loop);
+  StationCounters counters;
+  counters.ticks = stats.ticks;
+  counters.overruns = stats.overruns;
+  counters.missed_ticks = stats.missed;
+  counters.serial_crc_errors = orthosis.emulator().core().decoder().crc_errors();
+  finish_recorder(recorder.get(), counters);
+  print_loop("farhand-mcu", stats);
+  std::printf("farhand-mcu: %.3f s of MCU time; %llu host stalls, %llu ms in all, moved the time base\n",
+              loop.virtual_s(), static_cast<unsigned long long>(loop.stalls()),
+              static_cast<unsigned long long>(loop.stalled_ms()));
+  return kExitOk;  // it has no end of its own: the signal is how it is switched off
+}
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("The emulated orthosis: MCU and hand behind a pseudo terminal.", "farhand-mcu");
+  add_scene_option(app, options.scene);
+  add_set_options(app, options.scene);
+  app.add_option("--link", options.link, "path of the serial port to make (a symbolic link)")->required();
+  app.add_option("--record", options.record, "recording of the simulated orthosis (MCAP)");
+  return run_program(app, argc, argv, [&] { return run(options); });
+}
+
+}  // namespace
+}  // namespace farhand
+
+int main(int argc, char** argv) { return farhand::main(argc, argv); }
