@@ -58,7 +58,8 @@ int run(const Options& options, const LoadedScene& loaded, AxisArgs&&... axis_ar
   StationCounters counters;
   {
     LiveStatusPrinter status(options.quiet);
-    StationLoop loop(side, Role::kLeader, {&socket, recorder.get(), &status, &operator_input, &timeline});
+    StationLoop loop(side, Role::kLeader, scene.duration_s(),
+                     {&socket, recorder.get(), &status, &operator_input, &timeline});
     stats = farhand::run(loop_params(scene, tick_of(scene), stop), loop);
     counters = loop.counters(stats);
   }

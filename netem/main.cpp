@@ -1,14 +1,9 @@
 // farhand-netem: a bad network between two stations on this machine, as a scene describes it.
 #include <sys/prctl.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
-#include <optional>
-#include <string>
-#include <vector>
 
-#include "common/config/load.hpp"
+#include "common/runtime/program.hpp"
 #include "common/runtime/realtime.hpp"
 #include "netem/link_params.hpp"
 #include "netem/shim.hpp"
@@ -16,12 +11,9 @@
 namespace farhand {
 namespace {
 
-constexpr int kOk = 0, kUsage = 2, kStopped = 130;
-
 struct Options {
-  std::string scene, listen, forward;
-  std::vector<std::string> sets;
-  std::optional<std::uint64_t> seed;
+  SceneChoice scene;
+  std::string listen, forward, record;
   double duration_s = 0;
 };
 
@@ -48,7 +40,8 @@ void print_way(const char* name, const scene::Path& path, const ShimWay& way) {
 }
 
 int run(const Options& options) {
-  const scene::Scene scene = load_scene(options.scene, options.sets, options.seed).scene;
+  const LoadedScene loaded = options.scene.load();
+  const scene::Scene& scene = loaded.scene;
   Shim shim(parse_endpoint(options.listen, EndpointUse::kListen), parse_endpoint(options.forward, EndpointUse::kPeer),
             link_params(scene.network().forward()), link_params(scene.network().backward()), scene.seed());
   const StopSignals stop;
@@ -59,10 +52,16 @@ int run(const Options& options) {
   std::printf("listening %s\n", to_string(shim.local_endpoint()).c_str());
   std::fflush(stdout);
 
-  shim.run(from_seconds(options.duration_s), stop);
+  const std::unique_ptr<Recorder> recorder = start_recorder(options.record, loaded, "netem");
+  Shim::OnPacket on_packet;
+  if (recorder) {
+    on_packet = [&recorder](Nanoseconds entered_ns, const LinkSample& sample) { recorder->push(entered_ns, sample); };
+  }
+  shim.run(from_seconds(options.duration_s), stop, on_packet);
+  finish_recorder(recorder.get(), {});
   print_way("forward (master to slave)", scene.network().forward(), shim.forward());
   print_way("backward (slave to master)", scene.network().backward(), shim.backward());
-  return stop.signal() != 0 ? kStopped : kOk;
+  return stop.signal() != 0 ? kExitStopped : kExitOk;
 }
 
 int main(int argc, char** argv) {
@@ -70,30 +69,16 @@ int main(int argc, char** argv) {
   CLI::App app("A bad network between farhand-master and farhand-slave, as the scene describes it.", "farhand-netem");
   app.add_option("--listen", options.listen, "ADDR:PORT that the slave dials; port 0 takes a free one")->required();
   app.add_option("--forward", options.forward, "ADDR:PORT of the master")->required();
-  app.add_option("--scene", options.scene, "name or path of a scene; its network is what happens")->required();
-  app.add_option("--set", options.sets, "field.path=value, on top of the scene; may be repeated")
-      ->allow_extra_args(false);
-  app.add_option("--seed", options.seed, "seed of the link, instead of the scene's");
+  add_scene_option(app, options.scene);
+  add_set_options(app, options.scene);
+  app.add_option("--record", options.record, "recording of every packet (MCAP)");
   app.add_option("--duration", options.duration_s, "seconds to run; 0 until stopped")
       ->check([](const std::string& text) {
         double value = -1;
         const bool good = CLI::detail::lexical_cast(text, value) && value >= 0 && value <= 1e9;
         return good ? std::string() : "'" + text + "' is not a number of seconds from 0 to 1e9";
       });
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "farhand-netem: %s (--help lists the options)\n", error.what());
-    return kUsage;
-  }
-  try {
-    return run(options);
-  } catch (const std::exception& error) {  // all of them are thrown before the first packet
-    std::fprintf(stderr, "farhand-netem: %s\n", error.what());
-    return kUsage;
-  }
+  return run_program(app, argc, argv, [&] { return run(options); });
 }
 
 }  // namespace

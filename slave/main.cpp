@@ -30,7 +30,8 @@ int run(const Options& options, const LoadedScene& loaded, AxisArgs&&... axis_ar
   StationCounters counters;
   {
     LiveStatusPrinter status(options.quiet);
-    StationLoop loop(side, Role::kFollower, {&socket, recorder.get(), &status, &operator_input, nullptr});
+    StationLoop loop(side, Role::kFollower, scene.duration_s(),
+                     {&socket, recorder.get(), &status, &operator_input, nullptr});
     stats = farhand::run(loop_params(scene, tick_of(scene), stop), loop);
     counters = loop.counters(stats);
   }

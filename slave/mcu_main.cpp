@@ -97,9 +97,7 @@ int run(const Options& options) {
 
   const std::unique_ptr<Recorder> recorder = start_recorder(options.record, loaded, "mcu");
   EmulatorLoop loop(orthosis, pty, recorder.get());
-  LoopParams params = loop_params(loaded.scene, kMillisecond, stop);
-  params.duration_ns = 0;
-  const RunStats stats = farhand::run(params, loop);
+  const RunStats stats = farhand::run(loop_params(loaded.scene, kMillisecond, stop), loop);
   StationCounters counters;
   counters.ticks = stats.ticks;
   counters.overruns = stats.overruns;

@@ -76,7 +76,6 @@ std::uint32_t draw_session() {
 LoopParams loop_params(const scene::Scene& scene, Nanoseconds period, const StopSignals& stop) {
   LoopParams params;
   params.period_ns = period;
-  params.duration_ns = from_seconds(scene.duration_s());
   params.realtime.fifo_priority = static_cast<int>(scene.runtime().priority());
   params.realtime.lock_memory = scene.runtime().lock_memory();
   params.stop = &stop;

@@ -45,6 +45,7 @@ void finish_recorder(Recorder* recorder, const StationCounters& counters);
 // A number that no earlier start of this station has used, so that the peer notices a restart. Never 0.
 std::uint32_t draw_session();
 
+// Without an end of its own: the tick decides, or a signal.
 LoopParams loop_params(const scene::Scene& scene, Nanoseconds period, const StopSignals& stop);
 void print_loop(const char* program, const RunStats& stats);
 

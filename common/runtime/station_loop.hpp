@@ -21,31 +21,36 @@
 
 namespace farhand {
 
-// What a station talks to. The recorder may be absent.
+// What a station talks to. The recorder and the timeline may be absent.
 struct StationPorts {
   UdpSocket* socket = nullptr;
   Recorder* recorder = nullptr;
   LiveStatusPrinter* status = nullptr;
   OperatorInput* operator_input = nullptr;
-  OperatorTimeline* timeline = nullptr;  // the master's, if its operator is simulated
+  OperatorTimeline* timeline = nullptr;  // what the scene's operator does: the master's only
 };
 
 template <class SideT>
 class StationLoop {
  public:
-  StationLoop(SideT& side, Role role, const StationPorts& ports) : side_(side), role_(role), ports_(ports) {}
+  // duration_s counts from the peer's first packet, or from the start while there was none.
+  StationLoop(SideT& side, Role role, double duration_s, const StationPorts& ports)
+      : side_(side), role_(role), duration_s_(duration_s), ports_(ports) {}
 
   bool operator()(const TickTime& time) noexcept {
     const double t_s = to_seconds(time.elapsed_ns);
     receive(time.now_ns);
+    if (first_heard_s_ == 0.0 && side_.station.receiver().heard()) first_heard_s_ = t_s;
+    stopping_ = time.stopping || t_s - first_heard_s_ >= duration_s_;
     // The tick belongs to its deadline: readings, play-out and stamps then keep even steps however late the thread
     // woke.
     const int ticks = 1 + static_cast<int>(std::min<std::uint64_t>(time.missed, 1'000'000));
-    const Packet<1> packet = side_.tick(time.deadline_ns, t_s, next_act(time, t_s), ticks);
+    const OperatorAct act = next_act(t_s);
+    const Packet<1> packet = side_.tick(time.deadline_ns, t_s, act, ticks);
     if (ports_.socket->send(codec_.encode(packet))) ++sent_;
-    record(time, t_s);
+    record(time, t_s, act);
     show(t_s);
-    return !(time.stopping && ++stopping_ticks_ > kTicksToRest);
+    return !(stopping_ && ++stopping_ticks_ > kTicksToRest);
   }
 
   // After the loop.
@@ -85,22 +90,25 @@ class StationLoop {
     }
   }
 
-  OperatorAct next_act(const TickTime& time, double t_s) noexcept {
-    if (time.stopping) return OperatorAct::kStop;
+  OperatorAct next_act(double t_s) noexcept {
+    if (stopping_) return OperatorAct::kStop;
     if (const std::optional<OperatorAct> act = ports_.operator_input->poll()) return *act;
     return ports_.timeline != nullptr ? ports_.timeline->next(t_s) : OperatorAct::kNone;
   }
 
-  void record(const TickTime& time, double t_s) noexcept {
+  void record(const TickTime& time, double t_s, OperatorAct act) noexcept {
     if (ports_.recorder == nullptr) return;
     const auto& trace = side_.station.trace();
     ports_.recorder->push(time.deadline_ns, sample_of(side_.station, side_.axis.truth(), t_s));
-    if (time.index == 0 || trace.state != noted_) {
-      std::array<char, 64> text;
-      const int length = std::snprintf(text.data(), text.size(), "%s: %s", name_of(trace.state), name_of(trace.reason));
-      ports_.recorder->note(time.deadline_ns, {text.data(), static_cast<std::size_t>(length)});
-      noted_ = trace.state;
-    }
+    if (act != OperatorAct::kNone && !stopping_) note(time.deadline_ns, "operator", name_of(act));
+    if (time.index == 0 || trace.state != noted_) note(time.deadline_ns, name_of(trace.state), name_of(trace.reason));
+    noted_ = trace.state;
+  }
+
+  void note(Nanoseconds t, const char* what, const char* why) noexcept {
+    std::array<char, 64> text;
+    const int length = std::snprintf(text.data(), text.size(), "%s: %s", what, why);
+    ports_.recorder->note(t, {text.data(), static_cast<std::size_t>(length)});
   }
 
   void show(double t_s) noexcept {
@@ -124,10 +132,13 @@ class StationLoop {
 
   SideT& side_;
   Role role_;
+  double duration_s_;
   StationPorts ports_;
   PacketCodec<1> codec_;
   std::array<std::uint64_t, kDecodeResults> rejected_{};  // by DecodeResult; the first counts what was good
   std::uint64_t sent_ = 0;
+  double first_heard_s_ = 0.0;
+  bool stopping_ = false;
   int stopping_ticks_ = 0;
   StationState noted_ = StationState::kReady;
 };

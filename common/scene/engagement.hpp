@@ -35,6 +35,10 @@ constexpr const char* name_of(StationState state) noexcept {
   constexpr const char* kNames[] = {"ready", "aligning", "engaged", "holding", "fault"};
   return kNames[static_cast<int>(state)];
 }
+constexpr const char* name_of(OperatorAct act) noexcept {
+  constexpr const char* kNames[] = {"nothing", "engage", "hold", "stop", "reset"};
+  return kNames[static_cast<int>(act)];
+}
 constexpr const char* name_of(Reason reason) noexcept {
   constexpr const char* kNames[] = {
       "start",        "operator", "peer silent", "peer in fault", "peer let go",
@@ -96,7 +100,11 @@ class Engagement {
       if (in.aligned) return {S::kEngaged, Reason::kAligned};
       return now - since_ > params_.timeout ? Decision{S::kHolding, Reason::kTimeout} : stay();
     }
-    if (role_ == Role::kFollower) return in.peer == S::kEngaged ? stay() : Decision{S::kHolding, Reason::kPeerLetGo};
+    if (role_ == Role::kFollower) {
+      if (in.peer == S::kEngaged) return stay();
+      // A therapist who stops lets the hand go; one who holds keeps it where it is.
+      return {in.peer == S::kReady ? S::kReady : S::kHolding, Reason::kPeerLetGo};
+    }
     // The follower hears of the engagement one delay later and answers one more later.
     if (peer_seen_engaged_) return in.peer == S::kEngaged ? stay() : Decision{S::kHolding, Reason::kPeerLetGo};
     return now - since_ > params_.timeout ? Decision{S::kHolding, Reason::kTimeout} : stay();

@@ -1,26 +1,27 @@
-// farhand-lab: experiments in virtual time, and everything one does to scenes and recordings at a desk.
-#include <CLI/CLI.hpp>
+// farhand-lab: experiments in virtual time, and what one does to scenes and recordings at a desk.
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <fstream>
+#include <iomanip>
 #include <iostream>
 
-#include "common/config/load.hpp"
 #include "common/config/schema.hpp"
+#include "common/record/export.hpp"
+#include "common/record/mcap_reader.hpp"
+#include "common/record/merge.hpp"
 #include "common/record/metrics.hpp"
+#include "common/record/report.hpp"
 #include "common/record/summary.hpp"
-#include "common/record/verdict.hpp"
+#include "common/runtime/program.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
 namespace {
 
-constexpr int kOk = 0, kFailedWhileRunning = 1, kUsage = 2, kVerdictFailed = 3;
+namespace fs = std::filesystem;
 
-struct RunOptions {
-  std::string scene;
-  std::vector<std::string> sets;
-  std::optional<std::uint64_t> seed;
+struct Outputs {
   std::string json, csv, report, record;
 };
 
@@ -40,54 +41,192 @@ void write_to(const std::string& path, Write&& write) {
   if (!file) throw std::runtime_error("could not write all of " + path + ": " + std::strerror(errno));
 }
 
-int run(const RunOptions& options) {
-  const LoadedScene loaded = load_scene(options.scene, options.sets, options.seed);
+void write_outputs(const Outputs& to, const Session& session, const scene::Scene& scene, const Metrics& metrics) {
+  write_to(to.json, [&](std::ostream& out) { out << summary_json(metrics, !session.deterministic); });
+  write_to(to.csv, [&](std::ostream& out) { write_csv(session, out); });
+  write_to(to.report, [&](std::ostream& out) { out << report_html(session, scene, metrics); });
+  if (!to.record.empty()) write_session_mcap(session, to.record);
+}
+
+void print_table(const Session& session, const Metrics& metrics, std::ostream& out) {
+  for (const SessionEvent& event : session.events) {
+    out << std::setw(10) << std::fixed << std::setprecision(3) << event.t_s << " s  " << std::left << std::setw(7)
+        << event.who << std::right << event.text << '\n';
+  }
+  out << std::defaultfloat << std::setprecision(4);
+  for (const Metric& metric : metrics.all()) {
+    if (std::holds_alternative<std::monostate>(metric.value) || metric.info->key == "reasons" ||
+        metric.info->key == "absent")
+      continue;
+    out << "  " << std::left << std::setw(28) << metric.info->key << std::right;
+    if (std::holds_alternative<double>(metric.value)) {
+      out << metrics.number(metric.info->key) << ' ' << (metric.info->unit == "1" ? "" : metric.info->unit);
+    } else if (std::holds_alternative<bool>(metric.value)) {
+      out << (metrics.is_true(metric.info->key) ? "yes" : "no");
+    } else if (std::holds_alternative<std::uint64_t>(metric.value)) {
+      out << std::get<std::uint64_t>(metric.value);
+    } else {
+      out << metrics.text(metric.info->key);
+    }
+    out << '\n';
+  }
+  for (const std::string& reason : metrics.list("reasons")) out << "  because " << reason << '\n';
+}
+
+int verdict_code(const Metrics& metrics) { return metrics.text("verdict") == "failed" ? kExitVerdictFailed : kExitOk; }
+
+int run_scene(const SceneChoice& choice, const Outputs& to) {
+  const LoadedScene loaded = choice.load();
   const auto start = std::chrono::steady_clock::now();
   const Session session = simulate(loaded);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const Metrics metrics = compute_metrics(session, loaded.scene);
+  write_outputs(to, session, loaded.scene, metrics);
 
-  write_to(options.json, [&](std::ostream& out) { out << summary_json(metrics, false); });
-  write_to(options.csv, [&](std::ostream& out) { write_csv(session, out); });
-  const bool stdout_taken = options.json == "-" || options.csv == "-" || options.report == "-";
+  const bool stdout_taken = to.json == "-" || to.csv == "-" || to.report == "-";
   std::ostream& out = stdout_taken ? std::cerr : std::cout;
-  out << summary_json(metrics, false);
-  for (const SessionEvent& e : session.events) out << e.t_s << " " << e.who << " " << e.text << "\n";
-  out << "wall time " << wall_s << " s for " << loaded.scene.duration_s() << " s\n";
-  return metrics.text("verdict") == "failed" ? kVerdictFailed : kOk;
+  print_table(session, metrics, out);
+  out << "  " << loaded.scene.duration_s() << " s in " << std::setprecision(3) << wall_s << " s, "
+      << loaded.scene.duration_s() / wall_s << " times real time\n";
+  return verdict_code(metrics);
 }
 
-[[maybe_unused]] int check(const std::vector<std::string>& files) {
-  int code = kOk;
+int check(const std::vector<std::string>& files) {
+  int code = kExitOk;
   for (const std::string& file : files) {
     try {
-      const LoadedScene loaded = load_scene(file);
-      std::cout << loaded.path << ": ok\n";
+      std::cout << load_scene(file).path << ": ok\n";
     } catch (const ConfigError& error) {
       std::cerr << error.what() << '\n';
-      code = kUsage;
+      code = kExitUsage;
     }
   }
   return code;
 }
 
+void print_metrics_table() {
+  std::cout << "\nMetrics\n\n";
+  for (const MetricInfo& metric : kMetrics) {
+    std::cout << "  " << std::left << std::setw(28) << metric.key << std::setw(12) << metric.unit << std::right
+              << metric.meaning << (metric.deterministic ? "" : " (wall clock)") << '\n';
+  }
+}
+
+int schema(bool json) {
+  if (json) {
+    print_schema_json(std::cout);
+  } else {
+    print_schema(std::cout);
+    print_metrics_table();
+  }
+  return kExitOk;
+}
+
+// A directory of its own for the recordings of one session, with the whole scene in it, so that its processes cannot
+// disagree.
+int make_directory(const SceneChoice& choice) {
+  const LoadedScene loaded = choice.load();
+  const auto utc = std::chrono::system_clock::now().time_since_epoch();
+  const fs::path directory = session_directory(
+      "sessions", std::chrono::duration_cast<std::chrono::nanoseconds>(utc).count(), loaded.name, loaded.scene.seed());
+  const std::string scene_file = (directory / (loaded.name + ".txtpb")).string();
+  write_to(scene_file, [&](std::ostream& out) { out << complete_text(loaded.scene); });
+  std::cout << directory.string() << ' ' << scene_file << ' ' << scene::Device_Name(loaded.scene.slave().device())
+            << '\n';
+  return kExitOk;
+}
+
+int report(const std::string& directory) {
+  const Session session = merge_recordings(directory);
+  const scene::Scene scene = load_scene_text(session.scene_text, directory + "/scene.txtpb").scene;
+  const Metrics metrics = compute_metrics(session, scene);
+  const fs::path root(directory);
+  fs::remove(root / "session.mcap");  // made anew from the recordings of the processes
+  write_outputs(
+      {(root / "summary.json").string(), "", (root / "report.html").string(), (root / "session.mcap").string()},
+      session, scene, metrics);
+  print_table(session, metrics, std::cout);
+  std::cout << "  clocks: slave + " << session.clock_offset_s << " s = master, within +-"
+            << session.clock_offset_bound_s << " s\n";
+  std::cout << (root / "report.html").string() << '\n' << directory << '\n';
+  return verdict_code(metrics);
+}
+
+int recover(const std::string& from, std::string to) {
+  if (to.empty()) {
+    to = from.ends_with(".part") ? from.substr(0, from.size() - 5) : from + ".recovered.mcap";
+  }
+  const McapFindings findings = recover_mcap(from, to);
+  for (const std::string& problem : findings.problems) std::cerr << problem << '\n';
+  std::cout << findings.messages << " messages in " << findings.chunks << " chunks recovered\n" << to << '\n';
+  return kExitOk;
+}
+
+int export_recording(const std::string& file, const std::string& csv_directory, const std::string& mat_file) {
+  if (csv_directory.empty() && mat_file.empty()) throw std::invalid_argument("give --csv DIR, --mat FILE or both");
+  const auto tell = [](const Exported& exported) {
+    for (const std::string& problem : exported.problems) std::cerr << problem << '\n';
+    for (const fs::path& written : exported.files) std::cout << written.string() << '\n';
+  };
+  if (!csv_directory.empty()) tell(export_csv(file, csv_directory));
+  if (!mat_file.empty()) tell(export_mat(file, mat_file));
+  return kExitOk;
+}
+
+int main(int argc, char** argv) {
+  CLI::App app("Experiments in virtual time; scenes, recordings and reports.", "farhand-lab");
+  app.require_subcommand(1);
+  SceneChoice choice;
+  Outputs outputs;
+  CLI::App* run = app.add_subcommand("run", "run a scene in virtual time; exit code 3 if the verdict is failed");
+  run->add_option("SCENE", choice.scene, "name of a shipped scene, or path of a scene file")->required();
+  add_set_options(*run, choice);
+  run->add_option("--json", outputs.json, "metrics as flat JSON (- is standard output)");
+  run->add_option("--csv", outputs.csv, "every tick of both sides (- is standard output)");
+  run->add_option("--report", outputs.report, "report as one HTML file (- is standard output)");
+  run->add_option("--record", outputs.record, "recording of both sides and the link (MCAP)");
+
+  std::vector<std::string> files;
+  CLI::App* checked = app.add_subcommand("check", "say everything that is wrong with scene files");
+  checked->add_option("FILE", files, "scene files or names")->required();
+
+  bool json = false;
+  CLI::App* printed =
+      app.add_subcommand("schema", "every setting with unit, range, default and meaning, and every metric");
+  printed->add_flag("--json", json, "the settings as JSON");
+
+  CLI::App* made =
+      app.add_subcommand("directory",
+                         "make sessions/UTC-SCENE-SEED for the recordings of a session; prints it, the scene file "
+                         "in it and the device of the slave");
+  made->add_option("SCENE", choice.scene, "name of a shipped scene, or path of a scene file")->required();
+  add_set_options(*made, choice);
+
+  std::string directory;
+  CLI::App* reported = app.add_subcommand("report", "merge the recordings of a session's processes and report");
+  reported->add_option("DIR", directory, "directory with master.mcap, slave.mcap, netem.mcap, mcu.mcap")->required();
+
+  std::string file, to, csv_directory, mat_file;
+  CLI::App* recording = app.add_subcommand("recording", "mend or export a recording")->require_subcommand(1);
+  CLI::App* recovered = recording->add_subcommand("recover", "complete an unfinished recording");
+  recovered->add_option("FILE", file, "unfinished recording (.mcap.part)")->required();
+  recovered->add_option("TO", to, "complete recording; by default FILE without .part");
+  CLI::App* exported = recording->add_subcommand("export", "for other tools");
+  exported->add_option("FILE", file, "recording")->required();
+  exported->add_option("--csv", csv_directory, "directory for one CSV file per topic");
+  exported->add_option("--mat", mat_file, "MAT file, level 4");
+
+  return run_program(app, argc, argv, [&] {
+    if (run->parsed()) return run_scene(choice, outputs);
+    if (checked->parsed()) return check(files);
+    if (printed->parsed()) return schema(json);
+    if (made->parsed()) return make_directory(choice);
+    if (reported->parsed()) return report(directory);
+    return recovered->parsed() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
+  });
+}
+
 }  // namespace
 }  // namespace farhand
 
-int main(int argc, char** argv) {
-  farhand::RunOptions o;
-  o.scene = argv[1];
-  for (int i = 2; i < argc; ++i) {
-    std::string a = argv[i];
-    if (a.starts_with("csv:"))
-      o.csv = a.substr(4);
-    else
-      o.sets.push_back(a);
-  }
-  try {
-    return farhand::run(o);
-  } catch (const std::exception& e) {
-    std::cerr << e.what() << "\n";
-    return 2;
-  }
-}
+int main(int argc, char** argv) { return farhand::main(argc, argv); }

@@ -142,6 +142,7 @@ class Run {
     const double t_s = to_seconds(t);
     const Packet<1> packet = side.tick(now, t_s, act);
     const StationSample row = side.sample(t_s);
+    if (act != OperatorAct::kNone) session_.events.push_back({t_s, who, std::string("operator: ") + name_of(act)});
     if (rows.empty() || rows.back().state != row.state)
       session_.events.push_back(
           {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + name_of(side.reason())});
