@@ -4,10 +4,6 @@
 
 #include <cstdio>
 
-#include "common/device/mcu_axis.hpp"
-#include "common/device/serial_mcu_port.hpp"
-#include "common/device/simulated_axis.hpp"
-#include "common/plant/master_world.hpp"
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 
@@ -35,10 +31,11 @@ Waited wait_for_peer(const UdpSocket& socket, double wait_s, const StopSignals& 
   return Waited::kNobody;
 }
 
-template <template <class> class SceneT, class A, class... AxisArgs>
-int run(const Options& options, const LoadedScene& loaded, AxisArgs&&... axis_args) {
+int run(const Options& options) {
+  const LoadedScene loaded = options.scene.load();
   const scene::Scene& scene = loaded.scene;
-  Side<SceneT, A> side(master_station_params(scene, draw_session()), std::forward<AxisArgs>(axis_args)...);
+  const std::unique_ptr<Side> side = options.serial.empty() ? make_simulated_master(scene, draw_session())
+                                                            : make_serial_master(scene, draw_session(), options.serial);
   UdpSocket socket = UdpSocket::listen(parse_endpoint(options.listen, EndpointUse::kListen));
   const StopSignals stop;
   OperatorInput operator_input;
@@ -51,32 +48,7 @@ int run(const Options& options, const LoadedScene& loaded, AxisArgs&&... axis_ar
     std::fprintf(stderr, "farhand-master: no patient's box called within %g s (--wait sets this)\n", options.wait_s);
     return kExitFailed;
   }
-
-  const std::unique_ptr<Recorder> recorder = start_recorder(options.record, loaded, "master");
-  OperatorTimeline timeline(scene);
-  RunStats stats;
-  StationCounters counters;
-  {
-    LiveStatusPrinter status(options.quiet);
-    StationLoop loop(side, Role::kLeader, scene.duration_s(),
-                     {&socket, recorder.get(), &status, &operator_input, &timeline});
-    stats = farhand::run(loop_params(scene, tick_of(scene), stop), loop);
-    counters = loop.counters(stats);
-  }
-  finish_recorder(recorder.get(), counters);
-  print_loop("farhand-master", stats);
-  return exit_code(stats, side);
-}
-
-template <class A, class... AxisArgs>
-int run_architecture(const Options& options, const LoadedScene& loaded, AxisArgs&&... axis_args) {
-  const scene::Architecture architecture = loaded.scene.architecture();
-  if (architecture == scene::FOUR_CHANNEL_CDOB)
-    return run<FourChannelCdob, A>(options, loaded, std::forward<AxisArgs>(axis_args)...);
-  if (architecture == scene::FOUR_CHANNEL_CDOB_SDCV) {
-    return run<FourChannelCdobSdcv, A>(options, loaded, std::forward<AxisArgs>(axis_args)...);
-  }
-  return run<FourChannel, A>(options, loaded, std::forward<AxisArgs>(axis_args)...);
+  return run_station({loaded, *side, Role::kLeader, socket, operator_input, stop, options.record, options.quiet});
 }
 
 int main(int argc, char** argv) {
@@ -91,11 +63,7 @@ int main(int argc, char** argv) {
   app.add_option("--record", options.record, "recording of this side (MCAP)");
   app.add_option("--wait", options.wait_s, "seconds to wait for the patient's box")->check(CLI::Range(0.1, 1e6));
   app.add_flag("--quiet", options.quiet, "no live status");
-  return run_program(app, argc, argv, [&] {
-    const LoadedScene loaded = options.scene.load();
-    if (!options.serial.empty()) return run_architecture<McuAxis<SerialMcuPort>>(options, loaded, options.serial);
-    return run_architecture<SimulatedAxis<MasterWorld>>(options, loaded, master_world_params(loaded.scene));
-  });
+  return run_program(app, argc, argv, [&] { return run(options); });
 }
 
 }  // namespace

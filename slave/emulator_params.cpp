@@ -1,6 +1,6 @@
 #include "slave/emulator_params.hpp"
 
-#include "common/config/params.hpp"
+#include "common/config/world_params.hpp"
 
 namespace farhand {
 

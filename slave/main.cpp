@@ -1,11 +1,5 @@
 // farhand-slave: the patient's box. Dials the therapist's station and drives the hand orthosis through its MCU. A lost
 // peer never ends it: it holds and awaits its peer until its duration is over.
-#include <cstdio>
-
-#include "common/device/mcu_axis.hpp"
-#include "common/device/serial_mcu_port.hpp"
-#include "common/device/simulated_axis.hpp"
-#include "common/plant/direct_slave_world.hpp"
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 
@@ -18,26 +12,26 @@ struct Options {
   bool quiet = false;
 };
 
-template <class A, class... AxisArgs>
-int run(const Options& options, const LoadedScene& loaded, AxisArgs&&... axis_args) {
-  const scene::Scene& scene = loaded.scene;
-  Side<FourChannel, A> side(slave_station_params(scene, draw_session()), std::forward<AxisArgs>(axis_args)...);
+std::unique_ptr<Side> make_side(const LoadedScene& loaded, const std::string& serial) {
+  const bool elastic = loaded.scene.slave().device() == scene::SERIES_ELASTIC;
+  if (elastic && serial.empty()) {
+    throw std::invalid_argument("scene '" + loaded.name +
+                                "' has a SERIES_ELASTIC slave: --serial PATH of its MCU is needed");
+  }
+  if (!elastic && !serial.empty()) {
+    throw std::invalid_argument("scene '" + loaded.name + "' has a simulated DIRECT_DRIVE slave: --serial has no use");
+  }
+  return elastic ? make_serial_slave(loaded.scene, draw_session(), serial)
+                 : make_simulated_slave(loaded.scene, draw_session());
+}
+
+int run(const Options& options) {
+  const LoadedScene loaded = options.scene.load();
+  const std::unique_ptr<Side> side = make_side(loaded, options.serial);
   UdpSocket socket = UdpSocket::dial(parse_endpoint(options.peer, EndpointUse::kPeer));
   const StopSignals stop;
   OperatorInput operator_input;
-  const std::unique_ptr<Recorder> recorder = start_recorder(options.record, loaded, "slave");
-  RunStats stats;
-  StationCounters counters;
-  {
-    LiveStatusPrinter status(options.quiet);
-    StationLoop loop(side, Role::kFollower, scene.duration_s(),
-                     {&socket, recorder.get(), &status, &operator_input, nullptr});
-    stats = farhand::run(loop_params(scene, tick_of(scene), stop), loop);
-    counters = loop.counters(stats);
-  }
-  finish_recorder(recorder.get(), counters);
-  print_loop("farhand-slave", stats);
-  return exit_code(stats, side);
+  return run_station({loaded, *side, Role::kFollower, socket, operator_input, stop, options.record, options.quiet});
 }
 
 int main(int argc, char** argv) {
@@ -49,20 +43,7 @@ int main(int argc, char** argv) {
   app.add_option("--serial", options.serial, "serial port of the orthosis MCU (scenes with a SERIES_ELASTIC slave)");
   app.add_option("--record", options.record, "recording of this side (MCAP)");
   app.add_flag("--quiet", options.quiet, "no live status");
-  return run_program(app, argc, argv, [&] {
-    const LoadedScene loaded = options.scene.load();
-    const bool elastic = loaded.scene.slave().device() == scene::SERIES_ELASTIC;
-    if (elastic && options.serial.empty()) {
-      throw std::invalid_argument("scene '" + loaded.name +
-                                  "' has a SERIES_ELASTIC slave: --serial PATH of its MCU is needed");
-    }
-    if (!elastic && !options.serial.empty()) {
-      throw std::invalid_argument("scene '" + loaded.name +
-                                  "' has a simulated DIRECT_DRIVE slave: --serial has no use");
-    }
-    if (elastic) return run<McuAxis<SerialMcuPort>>(options, loaded, options.serial);
-    return run<SimulatedAxis<DirectSlaveWorld>>(options, loaded, direct_slave_world_params(loaded.scene));
-  });
+  return run_program(app, argc, argv, [&] { return run(options); });
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ int run(const Options& options) {
   counters.missed_ticks = stats.missed;
   counters.serial_crc_errors = orthosis.emulator().core().decoder().crc_errors();
   finish_recorder(recorder.get(), counters);
-  print_loop("farhand-mcu", stats);
+  print_loop("mcu", stats);
   std::printf("farhand-mcu: %.3f s of MCU time; %llu host stalls, %llu ms in all, moved the time base\n",
               loop.virtual_s(), static_cast<unsigned long long>(loop.stalls()),
               static_cast<unsigned long long>(loop.stalled_ms()));

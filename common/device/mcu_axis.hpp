@@ -4,17 +4,14 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <span>
 
 #include "common/device/mcu_si.hpp"
-#include "common/device/simulated_axis.hpp"
+#include "common/device/serial_counters.hpp"
+#include "common/device/truth.hpp"
+#include "common/scene/drive.hpp"
 
 namespace farhand {
-
-struct McuAxisCounters {
-  std::uint64_t sent = 0, received = 0, crc_errors = 0, framing_errors = 0, dropped = 0;
-};
 
 // Port: `std::size_t read(std::span<std::uint8_t>, double t_s) noexcept`, `bool write(std::span<const std::uint8_t>,
 // double t_s) noexcept` and `bool lost() noexcept`.
@@ -67,13 +64,10 @@ class McuAxis {
     if constexpr (requires { port.truth(); }) {
       return port.truth();
     } else {
-      constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-      return {unknown, unknown, unknown};
+      return kNoTruth;
     }
   }
-  // Of the last read.
-  bool valid() const noexcept { return sensed_.valid; }
-  const McuAxisCounters& counters() const noexcept { return counters_; }
+  const SerialCounters& counters() const noexcept { return counters_; }
   mcu::State state() const noexcept { return state_; }
   const mcu::SlowValues& slow() const noexcept { return slow_; }
 
@@ -92,7 +86,7 @@ class McuAxis {
   }
 
   mcu::FrameDecoder decoder_;
-  McuAxisCounters counters_;
+  SerialCounters counters_;
   Drive::Sensed sensed_;
   mcu::State state_ = mcu::State::kSafe;
   mcu::SlowValues slow_;

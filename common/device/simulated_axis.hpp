@@ -2,14 +2,10 @@
 // stage holds it.
 #pragma once
 
+#include "common/device/truth.hpp"
 #include "common/scene/drive.hpp"
 
 namespace farhand {
-
-// What only a simulated world knows.
-struct Truth {
-  double x = 0, v = 0, f = 0;  // rad, rad/s, N m in the sign of Motion::f
-};
 
 // World: MasterWorld or DirectSlaveWorld. Time starts with the first read.
 template <class World>

@@ -1,15 +1,15 @@
 // From a station's tick to a row of a recording.
 #pragma once
 
-#include "common/device/simulated_axis.hpp"
+#include "common/device/truth.hpp"
+#include "common/link/receiver.hpp"
 #include "common/record/session.hpp"
-#include "common/scene/station.hpp"
+#include "common/scene/tick_trace.hpp"
 
 namespace farhand {
 
-template <class S>
-StationSample sample_of(const Station<S>& station, const Truth& truth, double t_s) noexcept {
-  const auto& trace = station.trace();
+inline StationSample sample_of(const TickTrace<1>& trace, const Receiver<1>& receiver, const Truth& truth,
+                               double t_s) noexcept {
   StationSample row;
   row.t_s = t_s;
   row.state = static_cast<int>(trace.state);
@@ -26,9 +26,9 @@ StationSample sample_of(const Station<S>& station, const Truth& truth, double t_
   row.playout_delay_s = to_seconds(trace.playout_depth);
   row.rtt_s = to_seconds(trace.rtt);
   row.limits = trace.limits;
-  if (station.receiver().heard()) {
-    row.newest_peer_send_ns = station.receiver().newest().send_time_ns;
-    row.newest_peer_arrival_ns = station.receiver().newest_arrival();
+  if (receiver.heard()) {
+    row.newest_peer_send_ns = receiver.newest().send_time_ns;
+    row.newest_peer_arrival_ns = receiver.newest_arrival();
   }
   row.true_x_rad = truth.x;
   row.true_v_rad_s = truth.v;

@@ -82,10 +82,10 @@ LoopParams loop_params(const scene::Scene& scene, Nanoseconds period, const Stop
   return params;
 }
 
-void print_loop(const char* program, const RunStats& stats) {
+void print_loop(const char* role, const RunStats& stats) {
   std::printf(
-      "%s: %llu ticks, %llu overran their period, %llu deadlines skipped; tick p50 %.0f, p99 %.0f, max %.0f us\n",
-      program, static_cast<unsigned long long>(stats.ticks), static_cast<unsigned long long>(stats.overruns),
+      "%s: %llu ticks, %llu overran their period, %llu deadlines skipped; tick p50 %.0f, p99 %.0f, max %.0f us\n", role,
+      static_cast<unsigned long long>(stats.ticks), static_cast<unsigned long long>(stats.overruns),
       static_cast<unsigned long long>(stats.missed), 1e-3 * static_cast<double>(stats.tick_duration.quantile(0.5)),
       1e-3 * static_cast<double>(stats.tick_duration.quantile(0.99)),
       1e-3 * static_cast<double>(stats.tick_duration.max()));

@@ -47,6 +47,6 @@ std::uint32_t draw_session();
 
 // Without an end of its own: the tick decides, or a signal.
 LoopParams loop_params(const scene::Scene& scene, Nanoseconds period, const StopSignals& stop);
-void print_loop(const char* program, const RunStats& stats);
+void print_loop(const char* role, const RunStats& stats);
 
 }  // namespace farhand

@@ -1,37 +1,42 @@
-// A station and the axis it stands on: one tick of one side, whatever drives the time. The programs and the
-// virtual-time lab run exactly this.
+// One side of the teleoperator, ready to run: a station on its axis. The programs and the virtual-time lab tick exactly
+// this; which scene and which device it is made of is known to nobody but the factories below, so that an edit of a law
+// rebuilds little.
 #pragma once
 
-#include "common/scene/station.hpp"
+#include <memory>
+#include <string>
+
+#include "common/device/serial_counters.hpp"
+#include "common/device/truth.hpp"
+#include "common/link/receiver.hpp"
+#include "common/scene/tick_trace.hpp"
+#include "proto/scene.pb.h"
 
 namespace farhand {
 
-// What a station stands on: a simulated world, or a device behind a serial line.
-template <class A>
-concept Axis = requires(A axis, double t_s, const typename A::Drive::Command& command) {
-  { axis.read(t_s) }
-  noexcept->std::same_as<typename A::Drive::Sensed>;
-  { axis.write(command, t_s) }
-  noexcept;
+class Side {
+ public:
+  virtual ~Side() = default;
+
+  // now: monotonic clock of this side; t_s: time of the run; ticks: periods since the last call. Returns the packet for
+  // the peer.
+  virtual Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act, int ticks) noexcept = 0;
+  virtual Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept = 0;
+
+  virtual const TickTrace<1>& trace() const noexcept = 0;
+  virtual const Receiver<1>& receiver() const noexcept = 0;
+  virtual Truth truth() const noexcept = 0;
+  virtual SerialCounters serial_counters() const noexcept = 0;  // zeros without a serial line
+  virtual bool device_valid() const noexcept = 0;               // of the last tick
 };
 
-template <template <class> class Scene, Axis A>
-struct Side {
-  using StationType = Station<Scene<typename A::Drive>>;
-
-  template <class... Args>
-  explicit Side(const StationParams& params, Args&&... axis_args)
-      : station(params), axis(std::forward<Args>(axis_args)...) {}
-
-  StationType station;
-  A axis;
-
-  // now: monotonic clock of this side; t_s: time of the run. Returns the packet for the peer.
-  Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act, int ticks) noexcept {
-    const auto out = station.tick(now, axis.read(t_s), act, ticks);
-    axis.write(out.command, t_s);
-    return out.packet;
-  }
-};
+// The scene must be complete. session: drawn anew at each start, never 0. Serial ports that cannot be opened throw
+// std::runtime_error.
+std::unique_ptr<Side> make_simulated_master(const scene::Scene& scene, std::uint32_t session);
+std::unique_ptr<Side> make_serial_master(const scene::Scene& scene, std::uint32_t session,
+                                         const std::string& serial_port);
+std::unique_ptr<Side> make_simulated_slave(const scene::Scene& scene, std::uint32_t session);
+std::unique_ptr<Side> make_serial_slave(const scene::Scene& scene, std::uint32_t session,
+                                        const std::string& serial_port);
 
 }  // namespace farhand

@@ -8,6 +8,7 @@
 #include "common/control/cdob.hpp"
 #include "common/control/sdcv.hpp"
 #include "common/scene/drive.hpp"
+#include "common/scene/tick_trace.hpp"
 
 namespace farhand {
 
@@ -16,12 +17,6 @@ struct SceneParams {
   Cutoff g_net = Cutoff::rad_s(1000.0);
   LocalModel local_model = LocalModel::kThesis;
   SdcvParams sdcv;
-};
-
-// What a scene added to the received position, for recordings.
-struct Compensation {
-  double x_cdob = 0.0;
-  double alpha = 1.0;
 };
 
 template <class D>

@@ -10,6 +10,7 @@
 #include "common/scene/blend.hpp"
 #include "common/scene/engagement.hpp"
 #include "common/scene/four_channel.hpp"
+#include "common/scene/tick_trace.hpp"
 
 namespace farhand {
 
@@ -23,19 +24,6 @@ struct StationParams {
   double blend_s = 0.5;
   std::uint32_t session = 1;
   std::uint32_t expiry_ms = 2000;
-};
-
-// What happened within a tick, for recordings and the status line.
-template <int N>
-struct TickTrace {
-  StationState state = StationState::kReady;
-  Reason reason = Reason::kStart;
-  Motion<N> local, remote, target;
-  Compensation compensation;
-  double effort = 0.0;  // torque applied, or torque reference handed to the device, N m
-  Nanoseconds playout_depth = 0;
-  Nanoseconds rtt = 0;
-  std::uint32_t limits = 0;
 };
 
 template <class S>

@@ -5,65 +5,20 @@
 #include <limits>
 #include <queue>
 
-#include "common/config/params.hpp"
-#include "common/device/mcu_axis.hpp"
-#include "common/device/simulated_axis.hpp"
+#include "common/config/operator_timeline.hpp"
 #include "common/link/codec.hpp"
 #include "common/record/sample.hpp"
-#include "common/runtime/side.hpp"
 #include "netem/link_params.hpp"
-#include "tests/lab/emulated_port.hpp"
+#include "tests/lab/emulated_slave.hpp"
 
 namespace farhand {
 namespace {
 
-// One side behind a virtual function, so that every master meets every slave without a template for each pair.
-class VirtualSide {
- public:
-  virtual ~VirtualSide() = default;
-  virtual Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act) = 0;
-  virtual void receive(const Packet<1>& packet, Nanoseconds now) = 0;
-  virtual StationSample sample(double t_s) const = 0;
-  virtual StationCounters counters() const = 0;
-  virtual Reason reason() const = 0;
-};
+constexpr std::uint32_t kMasterSession = 1, kSlaveSession = 2;
 
-template <template <class> class Scene, class A>
-class SideInTime : public VirtualSide {
- public:
-  template <class... Args>
-  explicit SideInTime(const StationParams& params, Args&&... axis_args)
-      : side_(params, std::forward<Args>(axis_args)...) {}
-
-  Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act) override { return side_.tick(now, t_s, act, 1); }
-  void receive(const Packet<1>& packet, Nanoseconds now) override { side_.station.receive(packet, now); }
-  StationSample sample(double t_s) const override { return sample_of(side_.station, side_.axis.truth(), t_s); }
-  StationCounters counters() const override { return counters_of(side_.station.receiver().counters()); }
-  Reason reason() const override { return side_.station.trace().reason; }
-
- private:
-  Side<Scene, A> side_;
-};
-
-std::unique_ptr<VirtualSide> make_master(const scene::Scene& scene) {
-  using A = SimulatedAxis<MasterWorld>;
-  const StationParams params = master_station_params(scene, 1);
-  const MasterWorld::Params world = master_world_params(scene);
-  if (scene.architecture() == scene::FOUR_CHANNEL_CDOB)
-    return std::make_unique<SideInTime<FourChannelCdob, A>>(params, world);
-  if (scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV) {
-    return std::make_unique<SideInTime<FourChannelCdobSdcv, A>>(params, world);
-  }
-  return std::make_unique<SideInTime<FourChannel, A>>(params, world);
-}
-
-std::unique_ptr<VirtualSide> make_slave(const scene::Scene& scene) {
-  const StationParams params = slave_station_params(scene, 2);
-  if (scene.slave().device() == scene::SERIES_ELASTIC) {
-    return std::make_unique<SideInTime<FourChannel, McuAxis<EmulatedPort>>>(params, scene);
-  }
-  return std::make_unique<SideInTime<FourChannel, SimulatedAxis<DirectSlaveWorld>>>(params,
-                                                                                    direct_slave_world_params(scene));
+std::unique_ptr<Side> make_slave(const scene::Scene& scene) {
+  const bool elastic = scene.slave().device() == scene::SERIES_ELASTIC;
+  return elastic ? make_emulated_slave(scene, kSlaveSession) : make_simulated_slave(scene, kSlaveSession);
 }
 
 // A clock that started elsewhere and runs at its own pace.
@@ -93,7 +48,7 @@ class Run {
  public:
   explicit Run(const LoadedScene& loaded)
       : scene_(loaded.scene),
-        master_(make_master(scene_)),
+        master_(make_simulated_master(scene_, kMasterSession)),
         slave_(make_slave(scene_)),
         forward_(link_params(scene_.network().forward()), scene_.seed(), LinkDirection::kForward),
         backward_(link_params(scene_.network().backward()), scene_.seed(), LinkDirection::kBackward),
@@ -107,7 +62,7 @@ class Run {
   }
 
   Session to_end(const std::function<void(double)>& progress) {
-    const Nanoseconds dt = tick_of(scene_), end = from_seconds(scene_.duration_s());
+    const Nanoseconds dt = from_seconds(scene_.tick_s()), end = from_seconds(scene_.duration_s());
     const auto rows = static_cast<std::size_t>(end / dt + 1);
     session_.master.reserve(rows);
     session_.slave.reserve(rows);
@@ -137,15 +92,15 @@ class Run {
   }
 
  private:
-  void tick(VirtualSide& side, std::vector<StationSample>& rows, const char* who, Nanoseconds t, Nanoseconds now,
+  void tick(Side& side, std::vector<StationSample>& rows, const char* who, Nanoseconds t, Nanoseconds now,
             OperatorAct act, bool forward) {
     const double t_s = to_seconds(t);
-    const Packet<1> packet = side.tick(now, t_s, act);
-    const StationSample row = side.sample(t_s);
+    const Packet<1> packet = side.tick(now, t_s, act, 1);
+    const StationSample row = sample_of(side.trace(), side.receiver(), side.truth(), t_s);
     if (act != OperatorAct::kNone) session_.events.push_back({t_s, who, std::string("operator: ") + name_of(act)});
     if (rows.empty() || rows.back().state != row.state)
       session_.events.push_back(
-          {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + name_of(side.reason())});
+          {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + name_of(side.trace().reason)});
     rows.push_back(row);
     send(packet, t, forward);
   }
@@ -177,14 +132,17 @@ class Run {
     }
   }
 
-  static void count(StationCounters& counters, const VirtualSide& side, std::uint64_t rejected, std::size_t ticks) {
-    counters = side.counters();
+  static void count(StationCounters& counters, const Side& side, std::uint64_t rejected, std::size_t ticks) {
+    counters = counters_of(side.receiver().counters());
+    counters.serial_sent = side.serial_counters().sent;
+    counters.serial_received = side.serial_counters().received;
+    counters.serial_crc_errors = side.serial_counters().crc_errors;
     counters.ticks = counters.sent = ticks;
     counters.rejected_format = rejected;
   }
 
   scene::Scene scene_;
-  std::unique_ptr<VirtualSide> master_, slave_;
+  std::unique_ptr<Side> master_, slave_;
   LinkModel forward_, backward_;
   LocalClock slave_clock_;
   PacketCodec<1> codec_;

@@ -1,13 +1,16 @@
-// The serial cable and the emulated orthosis behind it, in virtual time, as McuAxis takes a port.
-#pragma once
+#include "tests/lab/emulated_slave.hpp"
 
 #include <span>
 
-#include "common/device/simulated_axis.hpp"
+#include "common/config/station_params.hpp"
+#include "common/device/mcu_axis.hpp"
+#include "common/runtime/side_of.hpp"
 #include "slave/emulator_params.hpp"
 
 namespace farhand {
+namespace {
 
+// The serial cable and the emulated orthosis behind it, as McuAxis takes a port.
 class EmulatedPort {
  public:
   explicit EmulatedPort(const scene::Scene& scene)
@@ -34,5 +37,11 @@ class EmulatedPort {
  private:
   OrthosisOnSerial orthosis_;
 };
+
+}  // namespace
+
+std::unique_ptr<Side> make_emulated_slave(const scene::Scene& scene, std::uint32_t session) {
+  return std::make_unique<SideOf<FourChannel, McuAxis<EmulatedPort>>>(slave_station_params(scene, session), scene);
+}
 
 }  // namespace farhand

@@ -1,0 +1,14 @@
+// From a checked scene to the constants of the blocks of a station: the only place where these settings get their
+// meaning in code.
+#pragma once
+
+#include "common/scene/station.hpp"
+#include "proto/scene.pb.h"
+
+namespace farhand {
+
+// The scene must be complete, as load_scene returns it.
+StationParams master_station_params(const scene::Scene& scene, std::uint32_t session);
+StationParams slave_station_params(const scene::Scene& scene, std::uint32_t session);
+
+}  // namespace farhand

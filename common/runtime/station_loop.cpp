@@ -1,0 +1,150 @@
+#include "common/runtime/station_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+
+#include "common/record/sample.hpp"
+#include "common/runtime/program.hpp"
+
+namespace farhand {
+namespace {
+
+constexpr int kDatagramsPerTick = 256;  // a flood is answered by dropping the rest until the next tick
+constexpr int kTicksToRest = 300;
+
+}  // namespace
+
+StationLoop::StationLoop(Side& side, Role role, double duration_s, const StationPorts& ports)
+    : side_(side), role_(role), duration_s_(duration_s), ports_(ports) {}
+
+bool StationLoop::operator()(const TickTime& time) noexcept {
+  const double t_s = to_seconds(time.elapsed_ns);
+  receive(time.now_ns);
+  if (first_heard_s_ == 0.0 && side_.receiver().heard()) first_heard_s_ = t_s;
+  stopping_ = time.stopping || t_s - first_heard_s_ >= duration_s_;
+  // The tick belongs to its deadline: readings, play-out and stamps then keep even steps however late the thread
+  // woke.
+  const int ticks = 1 + static_cast<int>(std::min<std::uint64_t>(time.missed, 1'000'000));
+  const OperatorAct act = next_act(t_s);
+  const Packet<1> packet = side_.tick(time.deadline_ns, t_s, act, ticks);
+  if (ports_.socket->send(codec_.encode(packet))) ++sent_;
+  record(time, t_s, act);
+  show(t_s);
+  return !(stopping_ && ++stopping_ticks_ > kTicksToRest);
+}
+
+void StationLoop::receive(Nanoseconds now) noexcept {
+  std::array<std::byte, 512> buffer;
+  for (int i = 0; i < kDatagramsPerTick; ++i) {
+    const std::optional<UdpSocket::Received> datagram = ports_.socket->receive(buffer);
+    if (!datagram) return;
+    Packet<1> packet;
+    const DecodeResult result = codec_.decode(std::span(buffer).first(datagram->size), packet);
+    ++rejected_[static_cast<std::size_t>(result)];
+    if (result != DecodeResult::kOk) continue;
+    const Receipt receipt = side_.receive(packet, now);
+    if (receipt == Receipt::kAccepted) ports_.socket->accept(datagram->sender);
+  }
+}
+
+OperatorAct StationLoop::next_act(double t_s) noexcept {
+  if (stopping_) return OperatorAct::kStop;
+  if (const std::optional<OperatorAct> act = ports_.operator_input->poll()) return *act;
+  return ports_.timeline != nullptr ? ports_.timeline->next(t_s) : OperatorAct::kNone;
+}
+
+void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noexcept {
+  if (ports_.recorder == nullptr) return;
+  const auto& trace = side_.trace();
+  ports_.recorder->push(time.deadline_ns, sample_of(side_.trace(), side_.receiver(), side_.truth(), t_s));
+  if (act != OperatorAct::kNone && !stopping_) note(time.deadline_ns, "operator", name_of(act));
+  if (time.index == 0 || trace.state != noted_) note(time.deadline_ns, name_of(trace.state), name_of(trace.reason));
+  noted_ = trace.state;
+}
+
+void StationLoop::note(Nanoseconds t, const char* what, const char* why) noexcept {
+  std::array<char, 64> text;
+  const int length = std::snprintf(text.data(), text.size(), "%s: %s", what, why);
+  ports_.recorder->note(t, {text.data(), static_cast<std::size_t>(length)});
+}
+
+void StationLoop::show(double t_s) noexcept {
+  if (ports_.status == nullptr) return;
+  const auto& trace = side_.trace();
+  const ReceiverCounters& counters = side_.receiver().counters();
+  const bool leader = role_ == Role::kLeader;
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  LiveStatus s;
+  s.t_s = t_s;
+  s.state = trace.state;
+  s.x_m_rad = leader ? trace.local.x[0] : trace.remote.x[0];
+  s.x_s_rad = leader ? trace.remote.x[0] : trace.local.x[0];
+  s.f_m_nm = leader ? trace.local.f[0] : trace.remote.f[0];
+  s.f_s_nm = leader ? trace.remote.f[0] : trace.local.f[0];
+  s.rtt_s = trace.rtt > 0 ? to_seconds(trace.rtt) : unknown;
+  const double expected = static_cast<double>(counters.received + counters.lost);
+  s.loss_share = expected > 0 ? static_cast<double>(counters.lost) / expected : unknown;
+  ports_.status->show(s);
+}
+
+StationCounters StationLoop::counters(const RunStats& stats) const noexcept {
+  StationCounters total = counters_of(side_.receiver().counters());
+  total.ticks = stats.ticks;
+  total.overruns = stats.overruns;
+  total.missed_ticks = stats.missed;
+  total.sent = sent_;
+  total.rejected_checksum = rejected_[static_cast<std::size_t>(DecodeResult::kChecksum)];
+  for (std::size_t i = 1; i < rejected_.size(); ++i) {
+    if (i != static_cast<std::size_t>(DecodeResult::kChecksum)) total.rejected_format += rejected_[i];
+  }
+  const SerialCounters serial = side_.serial_counters();
+  total.serial_sent = serial.sent;
+  total.serial_received = serial.received;
+  total.serial_crc_errors = serial.crc_errors;
+  return total;
+}
+
+namespace {
+
+// Stopped, the device gone or in a fault at the end, or well.
+int exit_code(const RunStats& stats, const Side& side) {
+  if (!side.device_valid()) {
+    std::fprintf(stderr, "the device is lost: no valid answer from its serial line at the end of the run\n");
+    return kExitFailed;
+  }
+  if (side.trace().state == StationState::kFault) {
+    std::fprintf(stderr, "ended in a fault: %s\n", name_of(side.trace().reason));
+    return kExitFailed;
+  }
+  return stats.cause == StopCause::kSignal ? kExitStopped : kExitOk;
+}
+
+}  // namespace
+
+int run_station(const StationSession& session) {
+  const char* role = session.role == Role::kLeader ? "master" : "slave";
+  const scene::Scene& scene = session.scene.scene;
+  const std::unique_ptr<Recorder> recorder = start_recorder(session.record, session.scene, role);
+  OperatorTimeline timeline(scene);
+  RunStats stats;
+  StationCounters counters;
+  {
+    LiveStatusPrinter status(session.quiet);
+    StationLoop loop(session.side, session.role, scene.duration_s(),
+                     {.socket = &session.socket,
+                      .recorder = recorder.get(),
+                      .status = &status,
+                      .operator_input = &session.operator_input,
+                      .timeline = session.role == Role::kLeader ? &timeline : nullptr});
+    stats = run(loop_params(scene, from_seconds(scene.tick_s()), session.stop), loop);
+    counters = loop.counters(stats);
+  }
+  finish_recorder(recorder.get(), counters);
+  print_loop(role, stats);
+  return exit_code(stats, session.side);
+}
+
+}  // namespace farhand

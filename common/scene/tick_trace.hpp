@@ -1,0 +1,26 @@
+// What happened within a tick, for recordings and the status line.
+#pragma once
+
+#include "common/scene/engagement.hpp"
+
+namespace farhand {
+
+// What a scene added to the received position.
+struct Compensation {
+  double x_cdob = 0.0;
+  double alpha = 1.0;
+};
+
+template <int N>
+struct TickTrace {
+  StationState state = StationState::kReady;
+  Reason reason = Reason::kStart;
+  Motion<N> local, remote, target;
+  Compensation compensation;
+  double effort = 0.0;  // torque applied, or torque reference handed to the device, N m
+  Nanoseconds playout_depth = 0;
+  Nanoseconds rtt = 0;
+  std::uint32_t limits = 0;
+};
+
+}  // namespace farhand
