@@ -239,8 +239,9 @@ std::string find_scene(const std::string& name_or_path) {
   std::error_code ignored;
   if (!name_or_path.empty() && std::filesystem::exists(path, ignored)) return path.string();
   const std::vector<std::string> names = known_scenes();
+  const std::string hint = did_you_mean(name_or_path, names);
   std::string sentence = "there is no scene '" + name_or_path + "' in " + scene_directory().string() +
-                         did_you_mean(name_or_path, names) + (names.empty() ? "" : " Known scenes:");
+                         (hint.empty() ? "." : hint) + (names.empty() ? "" : " Known scenes:");
   for (const std::string& name : names) sentence += " " + name;
   throw ConfigError(sentence);
 }

@@ -84,8 +84,9 @@ LoopParams loop_params(const scene::Scene& scene, Nanoseconds period, const Stop
 
 void print_loop(const char* role, const RunStats& stats) {
   std::printf(
-      "%s: %llu ticks, %llu overran their period, %llu deadlines skipped; tick p50 %.0f, p99 %.0f, max %.0f us\n", role,
-      static_cast<unsigned long long>(stats.ticks), static_cast<unsigned long long>(stats.overruns),
+      "farhand-%s: %llu ticks, %llu overran their period, %llu deadlines skipped; tick p50 %.0f, p99 %.0f, max %.0f "
+      "us\n",
+      role, static_cast<unsigned long long>(stats.ticks), static_cast<unsigned long long>(stats.overruns),
       static_cast<unsigned long long>(stats.missed), 1e-3 * static_cast<double>(stats.tick_duration.quantile(0.5)),
       1e-3 * static_cast<double>(stats.tick_duration.quantile(0.99)),
       1e-3 * static_cast<double>(stats.tick_duration.max()));

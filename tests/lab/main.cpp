@@ -1,4 +1,6 @@
 // farhand-lab: experiments in virtual time, and what one does to scenes and recordings at a desk.
+#include <unistd.h>
+
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -45,7 +47,14 @@ void write_outputs(const Outputs& to, const Session& session, const scene::Scene
   write_to(to.json, [&](std::ostream& out) { out << summary_json(metrics, !session.deterministic); });
   write_to(to.csv, [&](std::ostream& out) { write_csv(session, out); });
   write_to(to.report, [&](std::ostream& out) { out << report_html(session, scene, metrics); });
-  if (!to.record.empty()) write_session_mcap(session, to.record);
+  if (to.record == "-") {  // a recording is completed by renaming it, so it takes a detour to standard output
+    const fs::path file = fs::temp_directory_path() / ("farhand-" + std::to_string(::getpid()) + ".mcap");
+    write_session_mcap(session, file);
+    std::cout << std::ifstream(file, std::ios::binary).rdbuf() << std::flush;
+    fs::remove(file);
+  } else if (!to.record.empty()) {
+    write_session_mcap(session, to.record);
+  }
 }
 
 void print_table(const Session& session, const Metrics& metrics, std::ostream& out) {
@@ -83,7 +92,7 @@ int run_scene(const SceneChoice& choice, const Outputs& to) {
   const Metrics metrics = compute_metrics(session, loaded.scene);
   write_outputs(to, session, loaded.scene, metrics);
 
-  const bool stdout_taken = to.json == "-" || to.csv == "-" || to.report == "-";
+  const bool stdout_taken = to.json == "-" || to.csv == "-" || to.report == "-" || to.record == "-";
   std::ostream& out = stdout_taken ? std::cerr : std::cout;
   print_table(session, metrics, out);
   out << "  " << loaded.scene.duration_s() << " s in " << std::setprecision(3) << wall_s << " s, "
@@ -184,7 +193,7 @@ int main(int argc, char** argv) {
   run->add_option("--json", outputs.json, "metrics as flat JSON (- is standard output)");
   run->add_option("--csv", outputs.csv, "every tick of both sides (- is standard output)");
   run->add_option("--report", outputs.report, "report as one HTML file (- is standard output)");
-  run->add_option("--record", outputs.record, "recording of both sides and the link (MCAP)");
+  run->add_option("--record", outputs.record, "recording of both sides and the link as MCAP (- is standard output)");
 
   std::vector<std::string> files;
   CLI::App* checked = app.add_subcommand("check", "say everything that is wrong with scene files");
