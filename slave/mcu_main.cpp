@@ -108,7 +108,7 @@ int run(const Options& options) {
   std::printf("farhand-mcu: %.3f s of MCU time; %llu host stalls, %llu ms in all, moved the time base\n",
               loop.virtual_s(), static_cast<unsigned long long>(loop.stalls()),
               static_cast<unsigned long long>(loop.stalled_ms()));
-  return kExitOk;  // it has no end of its own: the signal is how it is switched off
+  return kExitStopped;  // it has no end of its own: only a signal switches it off
 }
 
 int main(int argc, char** argv) {
