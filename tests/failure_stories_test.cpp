@@ -3,6 +3,7 @@
 //
 // A busy machine may make a station hold without our doing; the stories then engage again, as an operator would.
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +24,7 @@ constexpr const char* kScene = R"(
 architecture: FOUR_CHANNEL_CDOB_SDCV
 duration_s: 300
 control { K_f_per_kgm2: 125 f_1_nm: 0.1 f_2_nm: 0.2 }
-master { therapist { grip: NORMAL intended { duration_s: 1000 sine_amplitude_rad: 0.2 sine_frequency_hz: 0.25 } } }
+master { therapist { grip: NORMAL intended { duration_s: 1000 sine_amplitude_rad: 0.12 sine_frequency_hz: 0.25 } } }
 slave { device: SERIES_ELASTIC hand { stiffness_nm_per_rad: 1 } }
 network {
   forward { delay_s: 0.03 jitter_s: 0.005 loss: 0.005 }
@@ -34,6 +35,7 @@ network {
 constexpr double kTracking = 0.015;  // rad; below it the patient's hand is where the therapist's was
 constexpr double kJump = 1e-3;       // rad
 constexpr Nanoseconds kSettled = kSecond / 2;
+constexpr Nanoseconds kTimeout = 100 * kMillisecond;  // the scene's default
 
 bool is(const StationSample& row, StationState state) { return row.state == static_cast<int>(state); }
 bool driven(const StationSample& row) { return !is(row, StationState::kReady) && !is(row, StationState::kFault); }
@@ -61,20 +63,40 @@ Nanoseconds tracking_since(const Series& slave, Nanoseconds from) {
   return since > 0 && slave.back().first - since >= kSettled ? since : 0;
 }
 
-// The largest change of the angle that the law follows, at a change of state, beyond what the two motions explain that
-// it may come from: the station's own and its peer's, at the velocities seen around the change.
+// The largest jump of the angle that the law follows where a jump would come from us: at each change of state and the
+// tick after it, and all the time while aligning and holding. While engaged the target is the other hand, gaps of the
+// network included. What does not count is what the two motions explain that the target may come from, at the
+// velocities seen around the tick, and the speed of alignment (a smoothstep is at most 1.5 times as fast as its mean).
 double largest_jump(const Series& rows) {
+  constexpr double kAlignSpeed = 1.5 * 0.3;  // rad/s
   double largest = 0;
-  for (std::size_t k = 1; k < rows.size(); ++k) {
+  for (std::size_t k = 2; k < rows.size(); ++k) {
     const StationSample &before = rows[k - 1].second, &now = rows[k].second;
-    if (now.state == before.state || !driven(now)) continue;
+    const bool changed = now.state != before.state || before.state != rows[k - 2].second.state;
+    if (!driven(now) || (is(now, StationState::kEngaged) && !changed)) continue;
     const double dt = to_seconds(rows[k].first - rows[k - 1].first);
     const auto [slowest, fastest] =
         std::minmax({0.0, before.v_rad_s, now.v_rad_s, before.remote_v_rad_s, now.remote_v_rad_s});
     const double change = now.target_x_rad - before.target_x_rad;
-    largest = std::max({largest, change - fastest * dt, slowest * dt - change});
+    largest = std::max({largest, change - (fastest + kAlignSpeed) * dt, (slowest - kAlignSpeed) * dt - change});
   }
   return largest;
+}
+
+// Engaged on a peer that had been silent for longer than the time-out: never, however the machine stalled.
+bool engaged_on_silence(const Series& rows, Nanoseconds timeout) {
+  return std::any_of(rows.begin(), rows.end(), [&](const auto& timed) {
+    return is(timed.second, StationState::kEngaged) &&
+           timed.first - timed.second.newest_peer_arrival_ns > timeout + kMillisecond;
+  });
+}
+
+Nanoseconds longest_silence(const Series& rows) {
+  Nanoseconds longest = 0;
+  for (const auto& [t, row] : rows) {
+    if (row.newest_peer_arrival_ns > 0) longest = std::max(longest, t - row.newest_peer_arrival_ns);
+  }
+  return longest;
 }
 
 bool says(const Recorded& recorded, const std::string& text) {
@@ -155,6 +177,8 @@ class Story : public testing::Test {
                 1e3 * jump_m, 1e3 * jump_s);
     EXPECT_LE(jump_m, kJump);
     EXPECT_LE(jump_s, kJump);
+    EXPECT_FALSE(engaged_on_silence(master.master, kTimeout));
+    EXPECT_FALSE(engaged_on_silence(slave.slave, kTimeout));
   }
 
   ScratchDirectory scratch_;
@@ -162,7 +186,36 @@ class Story : public testing::Test {
   double took_s_ = 0;
 };
 
+// Everything is lost for a while, from 5 s after the first packet on.
+class Outage : public Story {
+ protected:
+  void lose_everything_for(int seconds) {
+    std::vector<std::string> sets;
+    for (const std::string way : {"network.forward", "network.backward"}) {
+      sets.push_back(way + ".cut_from_s=5");
+      sets.push_back(way + ".cut_until_s=" + std::to_string(5 + seconds));
+    }
+    begin(sets);
+    const Nanoseconds outage = seconds * kSecond - 100 * kMillisecond;  // less the time of flight
+    EXPECT_TRUE(comes_true([&] {
+      return longest_silence(session_->recorded(Program::kMaster).master) > outage &&
+             longest_silence(session_->recorded(Program::kSlave).slave) > outage;
+    }));
+    EXPECT_TRUE(says(session_->recorded(Program::kMaster), "holding: peer silent"));
+    EXPECT_TRUE(says(session_->recorded(Program::kSlave), "holding: peer silent"));
+    for (const Program program : kPrograms) EXPECT_TRUE((*session_)[program].running()) << role_of(program);
+    expect_back_at_work();
+    expect_good_end();
+  }
+};
+
 using Stories = Story;
+using NightlyStories = Outage;
+using StoriesOfTheNetwork = Outage;
+
+TEST_F(StoriesOfTheNetwork, EverythingIsLostForFourSeconds) { lose_everything_for(4); }
+
+TEST_F(NightlyStories, EverythingIsLostForTenSeconds) { lose_everything_for(10); }
 
 TEST_F(Stories, MasterKilledThePatientIsHeldUntilItIsBack) {
   begin();
@@ -208,6 +261,17 @@ TEST_F(Stories, McuKilledTheSlaveLetsGoAndTheMasterHolds) {
   session_->start(Program::kMcu);
   expect_back_at_work();
   expect_good_end();
+}
+
+TEST_F(Stories, WithoutItsDeviceAtTheEndTheSlaveSaysSoAndFails) {
+  begin();
+  session_->kill(Program::kMcu);
+  EXPECT_TRUE(comes_to_say(Program::kSlave, "ready: device lost"));
+  ChildProcess& slave = (*session_)[Program::kSlave];
+  slave.send_signal(SIGTERM);
+  EXPECT_EQ(slave.wait(), 1);
+  EXPECT_NE(slave.err().find("the device is lost"), std::string::npos) << slave.err();
+  EXPECT_TRUE(session_->recorded(Program::kSlave).problems.empty());
 }
 
 }  // namespace
