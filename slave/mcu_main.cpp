@@ -89,6 +89,7 @@ int run(const Options& options) {
   }
   OrthosisOnSerial orthosis(emulator_params(loaded.scene),
                             10 * 10.0 / 115200);  // ten bytes of ten bits, and no adapter
+  require_recordable(options.record);
   Pty pty(options.link);
   const StopSignals stop;
   std::printf("serial %s\n", options.link.c_str());
