@@ -37,6 +37,7 @@ int run(const Options& options) {
   const std::unique_ptr<Side> side = options.serial.empty() ? make_simulated_master(scene, draw_session())
                                                             : make_serial_master(scene, draw_session(), options.serial);
   UdpSocket socket = UdpSocket::listen(parse_endpoint(options.listen, EndpointUse::kListen));
+  require_recordable(options.record);
   const StopSignals stop;
   OperatorInput operator_input;
   std::printf("listening %s\n", to_string(socket.local_endpoint()).c_str());

@@ -42,6 +42,7 @@ void print_way(const char* name, const scene::Path& path, const ShimWay& way) {
 int run(const Options& options) {
   const LoadedScene loaded = options.scene.load();
   const scene::Scene& scene = loaded.scene;
+  require_recordable(options.record);
   Shim shim(parse_endpoint(options.listen, EndpointUse::kListen), parse_endpoint(options.forward, EndpointUse::kPeer),
             link_params(scene.network().forward()), link_params(scene.network().backward()), scene.seed());
   const StopSignals stop;

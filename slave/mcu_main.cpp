@@ -89,6 +89,7 @@ int run(const Options& options) {
   }
   OrthosisOnSerial orthosis(emulator_params(loaded.scene),
                             10 * 10.0 / 115200);  // ten bytes of ten bits, and no adapter
+  require_recordable(options.record);
   Pty pty(options.link);
   const StopSignals stop;
   std::printf("serial %s\n", options.link.c_str());
@@ -108,7 +109,7 @@ int run(const Options& options) {
   std::printf("farhand-mcu: %.3f s of MCU time; %llu host stalls, %llu ms in all, moved the time base\n",
               loop.virtual_s(), static_cast<unsigned long long>(loop.stalls()),
               static_cast<unsigned long long>(loop.stalled_ms()));
-  return kExitOk;  // it has no end of its own: the signal is how it is switched off
+  return kExitStopped;  // it has no end of its own: only a signal switches it off
 }
 
 int main(int argc, char** argv) {

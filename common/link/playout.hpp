@@ -76,6 +76,8 @@ class PlayoutClock {
   Nanoseconds fastest(Nanoseconds now) const noexcept {
     return base_ + std::max<Nanoseconds>(now - base_time_, 0) / kSkewMax;
   }
+  // The offset is no longer free: from now on content keeps the bounds above.
+  bool settled(Nanoseconds now) const noexcept { return running_ && now - start_ >= kStart; }
   // Whether fastest() means anything yet.
   bool based() const noexcept { return based_; }
 

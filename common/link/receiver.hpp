@@ -140,6 +140,8 @@ class Receiver {
     return any_ ? now - last_arrival_ : std::numeric_limits<Nanoseconds>::max();
   }
   bool alive(Nanoseconds now) const noexcept { return silence(now) <= params_.timeout; }
+  // The first second after silence or a restart of the peer is over, in which what is shown may still jump in time.
+  bool settled(Nanoseconds now) const noexcept { return clock_.settled(difference(now, arrival_0_)); }
   // Of the newest packet that echoed this station.
   std::optional<Nanoseconds> rtt() const noexcept { return rtt_; }
 

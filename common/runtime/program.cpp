@@ -1,9 +1,15 @@
 #include "common/runtime/program.hpp"
 
+#include <unistd.h>
+
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <filesystem>
 #include <random>
+#include <stdexcept>
 
 namespace farhand {
 
@@ -47,6 +53,14 @@ record::RunInfo run_info(const LoadedScene& scene, const std::string& role) {
   info.set_start_utc_ns(std::chrono::duration_cast<std::chrono::nanoseconds>(utc).count());
   info.set_clock_id(host_clock_id());
   return info;
+}
+
+void require_recordable(const std::string& file) {
+  if (file.empty()) return;
+  const std::filesystem::path directory = std::filesystem::absolute(file).parent_path();
+  if (::access(directory.c_str(), W_OK | X_OK) != 0) {
+    throw std::runtime_error("cannot record to " + file + ": " + directory.string() + ": " + std::strerror(errno));
+  }
 }
 
 std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role) {

@@ -37,6 +37,9 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>
 
 // What stands at the head of a recording that begins now.
 record::RunInfo run_info(const LoadedScene& scene, const std::string& role);
+// Throws std::runtime_error when nothing can be written there: a program that still waits for its peer must say so
+// first.
+void require_recordable(const std::string& file);
 // None without a file name.
 std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role);
 // Completes it and says on stderr what was lost, if anything.

@@ -67,8 +67,10 @@ class Station {
 
     decide(now, sensed, act, played.any);
     const Motion<N> source = choose();
-    if (changed_) blend_.begin(trace_.target, source);
-    trace_.target = blend_.step(source, changed_ ? 0.0 : dt_s_ * ticks);
+    const bool elsewhere = changed_ || leapt(source, ticks);
+    if (elsewhere) blend_.begin(trace_.target, source);
+    trace_.target = blend_.step(source, elsewhere ? 0.0 : dt_s_ * ticks);
+    x_source_ = source.x;
     trace_.compensation = scene_.compensation();
 
     Output out;
@@ -88,6 +90,7 @@ class Station {
  private:
   // The follower refuses to be taken by a leader that is further away than this, whatever the leader says (5 degrees).
   static constexpr double kFollowerGate = 0.0873;
+  static constexpr double kLeap = 1e-3;  // rad
 
   bool driven() const noexcept { return trace_.state != StationState::kReady && trace_.state != StationState::kFault; }
 
@@ -102,8 +105,9 @@ class Station {
     in.finite = !sensed.valid || sensed.finite();
     in.peer_alive = peer_known && receiver_.alive(now);
     in.peer = receiver_.newest().state;
-    in.aligned = peer_known && (params_.role == Role::kLeader ? blend_.done() && offset < params_.align_tolerance
-                                                              : offset < kFollowerGate);
+    in.aligned =
+        peer_known && receiver_.settled(now) &&
+        (params_.role == Role::kLeader ? blend_.done() && offset < params_.align_tolerance : offset < kFollowerGate);
     const StationState before = trace_.state;
     trace_.state = engagement_.step(now, in);
     trace_.reason = engagement_.reason();
@@ -129,6 +133,13 @@ class Station {
     return own_motion();
   }
 
+  // While the leader aligns, the peer's device may come back from elsewhere (its cable was out): what no axis does
+  // within a tick is faded in like any other change of source.
+  bool leapt(const Motion<N>& source, int ticks) const noexcept {
+    return trace_.state == StationState::kAligning &&
+           ((source.x - x_source_).abs() > kLeap + 3.0 * dt_s_ * ticks * source.v.abs()).any();
+  }
+
   void fill(Packet<N>& packet, Nanoseconds now) noexcept {
     packet.session = params_.session;
     packet.seq = ++seq_;
@@ -148,6 +159,7 @@ class Station {
   Blend<N> blend_;
   TickTrace<N> trace_;
   Joints<N> x_hold_ = Joints<N>::Zero();
+  Joints<N> x_source_ = Joints<N>::Zero();
   std::uint32_t seq_ = 0;
   bool was_usable_ = false;
   bool changed_ = false;

@@ -1,0 +1,254 @@
+// What the programs say to a wrong argument, a missing or busy port and an unreadable file: exit 2 and one sentence,
+// before anything is opened to others. And how they end on a signal, or without a peer. (farhand-netem's own arguments
+// are in netem_process_test.cpp.)
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "common/device/pty.hpp"
+#include "common/link/packet.hpp"
+#include "common/link/udp.hpp"
+#include "tests/support/scratch_directory.hpp"
+#include "tests/support/session_processes.hpp"
+
+namespace farhand {
+namespace {
+
+using Arguments = std::vector<std::string>;
+
+constexpr const char* kNobody = "127.0.0.1:9";  // the discard service, which nobody runs
+
+struct Case {
+  Program program;
+  Arguments arguments;
+  std::string says;
+};
+
+void expect_refused(const Case& one, const Arguments& before = {}) {
+  Arguments command = before;
+  command.push_back(path_of(one.program));
+  command.insert(command.end(), one.arguments.begin(), one.arguments.end());
+  ChildProcess child(command, slave_environment());
+  EXPECT_EQ(child.wait(), 2) << one.says;
+  const std::string err = child.err();
+  EXPECT_NE(err.find(one.says), std::string::npos) << "expected '" << one.says << "' in: " << err;
+  EXPECT_TRUE(err.starts_with(std::string("farhand-") + role_of(one.program) + ": ")) << err;
+  EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+  EXPECT_EQ(child.out(), "") << "it must not announce itself first";
+}
+
+// The rest of a good command line, for the mistakes that every program may meet.
+Arguments rest_of(Program program, const ScratchDirectory& scratch) {
+  if (program == Program::kMcu) return {"--link", (scratch / "line").string()};
+  if (program == Program::kMaster) return {"--listen", "127.0.0.1:0"};
+  if (program == Program::kNetem) return {"--listen", "127.0.0.1:0", "--forward", kNobody};
+  return {"--peer", kNobody, "--serial", (scratch / "line").string()};
+}
+
+TEST(BadInput, EveryProgramRefusesAWrongScene) {
+  ScratchDirectory scratch;
+  write_bytes(scratch / "typo.txtpb", "architecture: FOUR_CHANNEL\nduration_s: 3 sped: 1\n");
+  const std::string typo = (scratch / "typo.txtpb").string(), directory = scratch.path().string() + "/";
+  for (const Program program : kPrograms) {
+    const auto with = [&](const Arguments& more) {
+      Arguments all = rest_of(program, scratch);
+      all.insert(all.end(), more.begin(), more.end());
+      return all;
+    };
+    expect_refused({program, with({}), "--scene is required"});
+    expect_refused({program, with({"--scene", "demoo"}), "there is no scene 'demoo'"});
+    expect_refused({program, with({"--scene", "demoo"}), "did you mean 'demo'?"});
+    expect_refused({program, with({"--scene", typo}), typo + ":2:15: there is no field 'sped'"});
+    expect_refused({program, with({"--scene", directory}), "is a directory"});
+    expect_refused({program, with({"--scene", directory + "none.txtpb"}), "No such file or directory"});
+    expect_refused({program, with({"--scene", "demo", "--set", "network.forward.loss=2"}),
+                    "network.forward.loss = 2 is not allowed; give a value from 0 to 1"});
+    expect_refused({program, with({"--scene", "demo", "--set", "control.K_q=1"}), "no field 'K_q'"});
+    expect_refused({program, with({"--scene", "demo", "--seed", "many"}), "--seed"});
+    expect_refused({program, with({"--scene", "demo", "--fast"}), "--fast"});
+  }
+}
+
+TEST(BadInput, EveryProgramRefusesARecordingThatCannotBeWritten) {
+  ScratchDirectory scratch;
+  const std::string nowhere = (scratch / "none/x.mcap").string();
+  const auto with = [&](Arguments arguments) {
+    arguments.insert(arguments.end(), {"--record", nowhere});
+    return arguments;
+  };
+  const std::string says = "cannot record to " + nowhere;
+  expect_refused({Program::kMaster, with({"--scene", "demo", "--listen", "127.0.0.1:0"}), says});
+  expect_refused({Program::kSlave, with({"--scene", "outage", "--peer", kNobody, "--quiet"}), says});
+  expect_refused({Program::kMcu, with({"--scene", "demo", "--link", (scratch / "line").string()}), says});
+  expect_refused({Program::kNetem, with({"--scene", "demo", "--listen", "127.0.0.1:0", "--forward", kNobody}), says});
+  EXPECT_FALSE(std::filesystem::is_symlink(scratch / "line"));
+}
+
+TEST(BadInput, TheMasterRefusesWrongAddressesAndPorts) {
+  const UdpSocket busy = UdpSocket::listen(parse_endpoint("127.0.0.1:0", EndpointUse::kListen));
+  const std::string taken = to_string(busy.local_endpoint());
+  const auto listen = [](const std::string& address) { return Arguments{"--scene", "demo", "--listen", address}; };
+  expect_refused({Program::kMaster, {"--scene", "demo"}, "--listen is required"});
+  expect_refused({Program::kMaster, listen(taken), taken + ": Address already in use"});
+  expect_refused({Program::kMaster, listen("0.0.0.0:0"), "the link is not secured"});
+  expect_refused({Program::kMaster, listen("127.0.0.1"), "the port is missing"});
+  expect_refused({Program::kMaster, listen("127.0.0.1:99999"), "from 0 to 65535"});
+  expect_refused({Program::kMaster, listen("somewhere:1"), "'somewhere:1'"});
+  expect_refused({Program::kMaster, {"--scene", "demo", "--listen", "127.0.0.1:0", "--wait", "-1"}, "--wait"});
+}
+
+TEST(BadInput, TheSlaveRefusesWrongPeersAndPorts) {
+  ScratchDirectory scratch;
+  write_bytes(scratch / "file", "no port");
+  const auto peer = [](const std::string& address) { return Arguments{"--scene", "outage", "--peer", address}; };
+  expect_refused({Program::kSlave, {"--scene", "outage"}, "--peer is required"});
+  expect_refused({Program::kSlave, peer("192.0.2.1:7000"), "the link is not secured"});
+  expect_refused({Program::kSlave, peer("127.0.0.1:0"), "from 1 to 65535"});
+
+  const auto serial = [](const std::string& path) {
+    return Arguments{"--scene", "demo", "--peer", kNobody, "--serial", path};
+  };
+  const std::string none = (scratch / "none").string(), file = (scratch / "file").string();
+  expect_refused({Program::kSlave, {"--scene", "demo", "--peer", kNobody}, "--serial PATH of its MCU is needed"});
+  expect_refused({Program::kSlave,
+                  {"--scene", "outage", "--peer", kNobody, "--serial", none},
+                  "DIRECT_DRIVE slave: --serial has no use"});
+  expect_refused({Program::kSlave, serial(none), "'" + none + "' cannot be found"});
+  expect_refused({Program::kSlave, serial(file), "is not a serial port"});
+}
+
+TEST(BadInput, ASerialLineIsForOneStationOnly) {
+  ScratchDirectory scratch;
+  const std::string line = (scratch / "line").string();
+  const Pty pty(line);
+  const Arguments arguments{"--scene", "demo", "--peer", kNobody, "--serial", line};
+  Arguments first{path_of(Program::kSlave), "--quiet", "--record", (scratch / "slave.mcap").string()};
+  first.insert(first.end(), arguments.begin(), arguments.end());
+  ChildProcess holder(first, slave_environment());
+  ASSERT_TRUE(comes_true([&] { return std::filesystem::exists(scratch / "slave.mcap.part"); })) << holder.err();
+  expect_refused({Program::kSlave, arguments, "another program holds it"});
+  EXPECT_TRUE(holder.running());
+}
+
+TEST(BadInput, TheMcuLeavesForeignFilesAlone) {
+  ScratchDirectory scratch;
+  write_bytes(scratch / "file", "precious");
+  const auto link = [](const std::string& path) { return Arguments{"--scene", "demo", "--link", path}; };
+  expect_refused({Program::kMcu, {"--scene", "demo"}, "--link is required"});
+  expect_refused({Program::kMcu, {"--scene", "outage", "--link", (scratch / "line").string()}, "no SERIES_ELASTIC"});
+  expect_refused({Program::kMcu, link((scratch / "file").string()), "it is left alone"});
+  expect_refused({Program::kMcu, link((scratch / "none/line").string()), "cannot place the link"});
+  EXPECT_EQ(file_bytes(scratch / "file"), "precious");
+}
+
+// Root may read everything, so the test steps down where it can.
+TEST(BadInput, NoPermissionIsSaid) {
+  ScratchDirectory scratch;
+  const std::string file = (scratch / "secret.txtpb").string();
+  write_bytes(file, "duration_s: 1\n");
+  std::filesystem::permissions(file, std::filesystem::perms::none);
+  std::filesystem::permissions(scratch.path(),
+                               std::filesystem::perms::others_read | std::filesystem::perms::others_exec,
+                               std::filesystem::perm_options::add);
+  Arguments step_down;
+  if (geteuid() == 0) {
+    step_down = {"/usr/bin/setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"};
+    if (!std::filesystem::exists(step_down[0])) GTEST_SKIP() << "no setpriv to step down from root";
+    Arguments help = step_down;
+    help.insert(help.end(), {path_of(Program::kMaster), "--help"});
+    ChildProcess able(help);
+    if (able.wait() != 0) GTEST_SKIP() << "nobody else may run the programs here: " << able.err();
+  }
+  for (const Program program : kPrograms) {
+    Arguments arguments = rest_of(program, scratch);
+    arguments.insert(arguments.end(), {"--scene", file});
+    expect_refused({program, arguments, "Permission denied"}, step_down);
+  }
+  const Arguments to_a_foreign_place{"--scene",     "demo",     "--listen",
+                                     "127.0.0.1:0", "--record", (scratch / "x.mcap").string()};
+  if (geteuid() == 0) expect_refused({Program::kMaster, to_a_foreign_place, "Permission denied"}, step_down);
+}
+
+TEST(Ending, NobodyCallsTheMaster) {
+  ChildProcess master({path_of(Program::kMaster), "--scene", "demo", "--listen", "127.0.0.1:0", "--wait", "0.2"});
+  EXPECT_EQ(master.wait(), 1);
+  EXPECT_NE(master.err().find("no patient's box called within 0.2 s"), std::string::npos) << master.err();
+}
+
+TEST(Ending, ALostPeerNeverEndsTheSlave) {
+  ScratchDirectory scratch;
+  const std::string file = (scratch / "slave.mcap").string();
+  ChildProcess slave({path_of(Program::kSlave), "--scene", "outage", "--peer", kNobody, "--quiet", "--record", file,
+                      "--set", "duration_s=1.5", "--set", "windows={}"});
+  EXPECT_EQ(slave.wait(), 0) << slave.err();
+  const Recorded recorded = read_recording(file);
+  EXPECT_TRUE(recorded.problems.empty());
+  ASSERT_FALSE(recorded.slave.empty());
+  EXPECT_GE(recorded.slave.back().first - recorded.slave.front().first, 3 * kSecond / 2);
+  for (const auto& [t, row] : recorded.slave) {
+    ASSERT_EQ(row.state, static_cast<int>(StationState::kReady));
+    ASSERT_EQ(row.command_nm, 0);
+  }
+}
+
+// Also before the peer was ever heard.
+TEST(Ending, ASignalStopsEveryProgramWhileItWaits) {
+  ScratchDirectory scratch;
+  for (const int signal : {SIGINT, SIGTERM}) {
+    for (const Program program : {Program::kMaster, Program::kNetem, Program::kMcu}) {
+      Arguments command{path_of(program), "--scene", "demo"};
+      const Arguments rest = rest_of(program, scratch);
+      command.insert(command.end(), rest.begin(), rest.end());
+      ChildProcess child(command);
+      EXPECT_NE(child.read_line(), "");
+      child.send_signal(signal);
+      EXPECT_EQ(child.wait(), 130) << role_of(program);
+    }
+  }
+  EXPECT_FALSE(std::filesystem::is_symlink(scratch / "line"));
+}
+
+// In mid-session, both stations at once and twice, as a hurried hand at the keyboard does.
+TEST(Ending, ASignalBringsBothStationsToRestWithCompleteRecordings) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    ScratchDirectory scratch;
+    const auto file = [&](const char* role) { return (scratch / (std::string(role) + ".mcap")).string(); };
+    ChildProcess master({path_of(Program::kMaster), "--scene", "zero_delay", "--listen", "127.0.0.1:0", "--quiet",
+                         "--record", file("master")});
+    const std::string line = master.read_line();
+    ASSERT_TRUE(line.starts_with("listening ")) << master.err();
+    ChildProcess slave({path_of(Program::kSlave), "--scene", "zero_delay", "--peer", line.substr(10), "--quiet",
+                        "--record", file("slave")});
+    const auto engaged = [&](const char* role, Recorded::Series<StationSample> Recorded::*rows) {
+      try {
+        const Recorded recorded = read_recording(file(role) + ".part");
+        return !(recorded.*rows).empty() &&
+               (recorded.*rows).back().second.state == static_cast<int>(StationState::kEngaged);
+      } catch (const std::runtime_error&) {  // nothing flushed yet
+        return false;
+      }
+    };
+    ASSERT_TRUE(comes_true([&] {
+      master.say("engage\n");
+      return engaged("master", &Recorded::master) && engaged("slave", &Recorded::slave);
+    }));
+    for (int twice = 0; twice < 2; ++twice) {
+      master.send_signal(signal);
+      slave.send_signal(signal);
+    }
+    EXPECT_EQ(master.wait(), 130) << master.err();
+    EXPECT_EQ(slave.wait(), 130) << slave.err();
+    const Recorded m = read_recording(file("master")), s = read_recording(file("slave"));
+    EXPECT_TRUE(m.problems.empty());
+    EXPECT_TRUE(s.problems.empty());
+    EXPECT_EQ(m.master.back().second.state, static_cast<int>(StationState::kReady));
+    EXPECT_EQ(s.slave.back().second.state, static_cast<int>(StationState::kReady));
+    EXPECT_EQ(m.master.back().second.command_nm, 0);
+    EXPECT_EQ(s.slave.back().second.command_nm, 0);
+  }
+}
+
+}  // namespace
+}  // namespace farhand

@@ -1,0 +1,251 @@
+// How fast does everybody let go when somebody falls silent? In virtual time, so that the promised times are asserted
+// to the tick: master, slave and emulated MCU from the pieces of the programs, with a network, a cable and a slave
+// process that can fail. (The MCU's own watchdog alone is in mcu_core_test.cpp.)
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <deque>
+
+#include "common/config/load.hpp"
+#include "common/config/params.hpp"
+#include "common/device/mcu_axis.hpp"
+#include "common/runtime/side.hpp"
+#include "slave/emulator_params.hpp"
+#include "tests/lab/simulation.hpp"
+
+namespace farhand {
+namespace {
+
+constexpr Nanoseconds kDelay = 100 * kMillisecond;  // of the network, each way
+constexpr Nanoseconds kSerial = 1'500'000;          // of the cable, each way: the scene's default
+
+class FailingCable {
+ public:
+  bool from_mcu = true, to_mcu = true, plugged = true;
+
+  explicit FailingCable(const scene::Scene& scene) : orthosis(emulator_params(scene), to_seconds(kSerial)) {}
+
+  std::size_t read(std::span<std::uint8_t> bytes, double t_s) noexcept {
+    const Nanoseconds now = from_seconds(t_s);
+    orthosis.advance(now);
+    std::size_t count = 0;
+    while (count < bytes.size() && orthosis.receive(now, bytes[count])) ++count;
+    return from_mcu && plugged ? count : 0;
+  }
+  bool write(std::span<const std::uint8_t> bytes, double t_s) noexcept {
+    if (to_mcu && plugged) orthosis.send(bytes.data(), bytes.size(), from_seconds(t_s));
+    return plugged;
+  }
+  bool lost() noexcept { return !plugged; }
+
+  OrthosisOnSerial orthosis;
+};
+
+class Sides {
+ public:
+  Sides()
+      : loaded_(
+            load_scene("sea_four_channel_cdob_sdcv", std::vector<std::string>{"slave.hand.stiffness_nm_per_rad=5"})),
+        master(master_station_params(loaded_.scene, 1), master_world_params(loaded_.scene)),
+        slave(slave_station_params(loaded_.scene, 2), loaded_.scene) {}
+
+  bool forward = true, backward = true;  // what is sent now will arrive
+  bool slave_runs = true;
+
+ private:
+  LoadedScene loaded_;
+
+ public:
+  Side<FourChannelCdobSdcv, SimulatedAxis<MasterWorld>> master;
+  Side<FourChannel, McuAxis<FailingCable>> slave;
+  Nanoseconds now = -kMillisecond;  // of the tick that was last
+  Nanoseconds master_heard = 0, slave_heard = 0;
+
+  void tick(OperatorAct act = OperatorAct::kNone) {
+    now += kMillisecond;
+    for (; !to_slave_.empty() && to_slave_.front().first <= now; to_slave_.pop_front()) {
+      slave_heard = to_slave_.front().first;
+      slave.station.receive(to_slave_.front().second, slave_heard);
+    }
+    for (; !to_master_.empty() && to_master_.front().first <= now; to_master_.pop_front()) {
+      master_heard = to_master_.front().first;
+      master.station.receive(to_master_.front().second, master_heard);
+    }
+    const Packet<1> from_master = master.tick(now, to_seconds(now), act, 1);
+    if (forward) to_slave_.emplace_back(now + kDelay, from_master);
+    if (slave_runs) {
+      const Packet<1> from_slave = slave.tick(now, to_seconds(now), OperatorAct::kNone, 1);
+      if (backward) to_master_.emplace_back(now + kDelay, from_slave);
+    } else {
+      slave.axis.port.orthosis.advance(now);
+    }
+  }
+
+  // Engaged, and the hand is pressed.
+  void work() {
+    while (now < 2 * kSecond) tick(now == kSecond ? OperatorAct::kEngage : OperatorAct::kNone);
+    while (now < 25 * kSecond && std::abs(torque_on_hand()) < 0.5) tick();
+    ASSERT_EQ(master.station.state(), StationState::kEngaged);
+    ASSERT_EQ(slave.station.state(), StationState::kEngaged);
+    ASSERT_GE(std::abs(torque_on_hand()), 0.5);
+  }
+
+  // The tick at which the station got there; -1 if it did not within two seconds.
+  template <class StationT>
+  Nanoseconds until(const StationT& station, StationState state) {
+    for (const Nanoseconds end = now + 2 * kSecond; now < end;) {
+      tick();
+      if (station.state() == state) return now;
+    }
+    return -1;
+  }
+
+  const OrthosisEmulator& orthosis() const { return slave.axis.port.orthosis.emulator(); }
+  double torque_on_hand() const { return orthosis().world().true_f(); }
+
+ private:
+  std::deque<std::pair<Nanoseconds, Packet<1>>> to_slave_, to_master_;
+};
+
+// Silence is longer than 100 ms for the first time 101 ms after the last packet.
+TEST(Reaction, SilenceOfTheNetworkHoldsTheSlaveAt100MillisecondsAndATick) {
+  Sides sides;
+  sides.work();
+  sides.forward = false;
+  const Nanoseconds held = sides.until(sides.slave.station, StationState::kHolding);
+  EXPECT_EQ(held - sides.slave_heard, 101 * kMillisecond);
+  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kPeerSilent);
+  // The way back is whole, so the master learns of it one delay later.
+  EXPECT_EQ(sides.until(sides.master.station, StationState::kHolding), held + kDelay);
+  EXPECT_EQ(sides.master.station.trace().reason, Reason::kPeerLetGo);
+}
+
+TEST(Reaction, SilenceOfTheNetworkHoldsTheMasterAt100MillisecondsAndATick) {
+  Sides sides;
+  sides.work();
+  sides.backward = false;
+  const Nanoseconds held = sides.until(sides.master.station, StationState::kHolding);
+  EXPECT_EQ(held - sides.master_heard, 101 * kMillisecond);
+  EXPECT_EQ(sides.master.station.trace().reason, Reason::kPeerSilent);
+  EXPECT_EQ(sides.until(sides.slave.station, StationState::kHolding), held + kDelay);
+  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kPeerLetGo);
+}
+
+// The last frame from before the silence arrives up to the cable's delay later.
+TEST(Reaction, SilenceOfTheSerialLineLetsGoAt50MillisecondsAndATick) {
+  Sides sides;
+  sides.work();
+  const Nanoseconds heard = sides.now;  // telemetry comes every tick
+  sides.slave.axis.port.from_mcu = false;
+  const Nanoseconds let_go = sides.until(sides.slave.station, StationState::kReady);
+  EXPECT_GE(let_go - heard, 50 * kMillisecond);
+  EXPECT_LE(let_go - heard, 51 * kMillisecond);
+  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kDeviceLost);
+  EXPECT_EQ(sides.until(sides.master.station, StationState::kHolding), let_go + kDelay);
+  EXPECT_EQ(sides.master.station.trace().reason, Reason::kPeerLetGo);
+}
+
+// The MCU hears that it is to let go, and ramps down in 50 ms, although it cannot be heard.
+TEST(Reaction, AnMcuThatIsNotHeardIsToldToLetGo) {
+  Sides sides;
+  sides.work();
+  sides.slave.axis.port.from_mcu = false;
+  const Nanoseconds let_go = sides.until(sides.slave.station, StationState::kReady);
+  while (sides.orthosis().output().state != mcu::State::kSafe && sides.now < let_go + kSecond) sides.tick();
+  EXPECT_LE(sides.now - let_go, kSerial + 50 * kMillisecond + 2 * kMillisecond);
+}
+
+TEST(Reaction, AnUnpluggedCableLetsGoInTheSameTick) {
+  Sides sides;
+  sides.work();
+  const Nanoseconds pulled = sides.now;
+  sides.slave.axis.port.plugged = false;
+  EXPECT_EQ(sides.until(sides.slave.station, StationState::kReady), pulled + kMillisecond);
+  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kDeviceLost);
+}
+
+// 20 ms without a frame and 50 ms of ramp, counted from the arrival of the last frame. What the spring then still shows
+// is the ramp's lag, gone with the spring loop's 10 ms, and the motor's lag behind a hand that springs back freely.
+void expect_torque_off_the_hand(Sides& sides, Nanoseconds last_word) {
+  const auto spring = [&] { return std::abs(sides.orthosis().world().true_spring_torque()); };
+  const double pressed = spring();
+  while (sides.now < last_word + 20 * kMillisecond) sides.tick();
+  EXPECT_GE(spring(), 0.9 * pressed) << "a late frame alone is no reason";
+  while (sides.orthosis().output().state != mcu::State::kSafe && sides.now < last_word + kSecond) sides.tick();
+  const Nanoseconds safe = sides.now;
+  std::printf("SAFE %.1f ms after the last frame was sent\n", 1e3 * to_seconds(safe - last_word));
+  EXPECT_LE(safe - last_word, kSerial + 70 * kMillisecond + kMillisecond);
+  while (sides.now < safe + kSecond) {
+    sides.tick();
+    if (sides.now > safe + 30 * kMillisecond) {
+      ASSERT_LE(spring(), 0.2 * pressed);
+    }
+  }
+}
+
+TEST(Reaction, WithTheSlaveProcessDeadTheMcuTakesTheTorqueOffTheHand) {
+  Sides sides;
+  sides.work();
+  sides.slave_runs = false;
+  expect_torque_off_the_hand(sides, sides.now);
+}
+
+TEST(Reaction, AnMcuThatHearsNothingLetsGoAndTheSlaveNoticesThatItDid) {
+  Sides sides;
+  sides.work();
+  const Nanoseconds last_word = sides.now;
+  sides.slave.axis.port.to_mcu = false;
+  expect_torque_off_the_hand(sides, last_word);
+  EXPECT_EQ(sides.slave.station.state(), StationState::kReady);
+  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kDeviceLost);
+}
+
+// The outage of the shipped scene, on both kinds of slave, judged on every tick in which a station drives its axis.
+class Recovery : public testing::TestWithParam<std::vector<std::string>> {};
+INSTANTIATE_TEST_SUITE_P(Outage, Recovery,
+                         testing::Values(std::vector<std::string>{},
+                                         std::vector<std::string>{"slave.device=SERIES_ELASTIC",
+                                                                  "control.K_f_per_kgm2=125"}));
+
+double largest_jump(const std::vector<StationSample>& rows) {
+  double largest = 0;
+  for (std::size_t k = 2; k < rows.size(); ++k) {
+    if (rows[k].state == static_cast<int>(StationState::kReady)) continue;
+    const double ahead = 2 * rows[k - 1].target_x_rad - rows[k - 2].target_x_rad;
+    largest = std::max(largest, std::abs(rows[k].target_x_rad - ahead));
+  }
+  return largest;
+}
+
+TEST_P(Recovery, BringsTrackingBackWithoutAJump) {
+  const LoadedScene loaded = load_scene("outage", GetParam());
+  const Session session = simulate(loaded);
+  const auto holding = static_cast<int>(StationState::kHolding), engaged = static_cast<int>(StationState::kEngaged);
+  const auto row_at = [](const std::vector<StationSample>& rows, double t_s) {
+    return rows[static_cast<std::size_t>(std::lround(1000 * t_s))];
+  };
+  for (const double t_s : {12.8, 17.0, 23.9}) {  // through the outage and until the operator's act
+    EXPECT_EQ(row_at(session.master, t_s).state, holding);
+    EXPECT_EQ(row_at(session.slave, t_s).state, holding);
+  }
+  // From when on the hand is where the therapist's was one play-out ago, for good.
+  const double act_s = loaded.scene.operator_acts(1).at_s();
+  double since_s = 0, worst = 0;
+  for (const StationSample& row : session.slave) {
+    if (row.t_s < act_s) continue;
+    const double error = std::abs(row.x_rad - row.remote_x_rad);
+    if (row.state != engaged || error > 0.01) since_s = 0;
+    if (row.state == engaged && error <= 0.01 && since_s == 0) since_s = row.t_s;
+    if (row.t_s > act_s + 3) worst = std::max(worst, error);
+  }
+  std::printf("tracking is back %.3f s after the act, worst 3 s after it %.2f mrad; largest jump %.3f and %.3f mrad\n",
+              since_s - act_s, 1e3 * worst, 1e3 * largest_jump(session.master), 1e3 * largest_jump(session.slave));
+  EXPECT_GT(since_s, 0);
+  EXPECT_LE(since_s, act_s + 3);
+  EXPECT_LE(largest_jump(session.master), 1e-3);
+  EXPECT_LE(largest_jump(session.slave), 1e-3);
+}
+
+}  // namespace
+}  // namespace farhand
