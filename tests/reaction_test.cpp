@@ -8,9 +8,11 @@
 #include <deque>
 
 #include "common/config/load.hpp"
-#include "common/config/params.hpp"
+#include "common/config/station_params.hpp"
+#include "common/config/world_params.hpp"
 #include "common/device/mcu_axis.hpp"
-#include "common/runtime/side.hpp"
+#include "common/device/simulated_axis.hpp"
+#include "common/runtime/side_of.hpp"
 #include "slave/emulator_params.hpp"
 #include "tests/lab/simulation.hpp"
 
@@ -57,8 +59,8 @@ class Sides {
   LoadedScene loaded_;
 
  public:
-  Side<FourChannelCdobSdcv, SimulatedAxis<MasterWorld>> master;
-  Side<FourChannel, McuAxis<FailingCable>> slave;
+  SideOf<FourChannelCdobSdcv, SimulatedAxis<MasterWorld>> master;
+  SideOf<FourChannel, McuAxis<FailingCable>> slave;
   Nanoseconds now = -kMillisecond;  // of the tick that was last
   Nanoseconds master_heard = 0, slave_heard = 0;
 
@@ -66,11 +68,11 @@ class Sides {
     now += kMillisecond;
     for (; !to_slave_.empty() && to_slave_.front().first <= now; to_slave_.pop_front()) {
       slave_heard = to_slave_.front().first;
-      slave.station.receive(to_slave_.front().second, slave_heard);
+      slave.receive(to_slave_.front().second, slave_heard);
     }
     for (; !to_master_.empty() && to_master_.front().first <= now; to_master_.pop_front()) {
       master_heard = to_master_.front().first;
-      master.station.receive(to_master_.front().second, master_heard);
+      master.receive(to_master_.front().second, master_heard);
     }
     const Packet<1> from_master = master.tick(now, to_seconds(now), act, 1);
     if (forward) to_slave_.emplace_back(now + kDelay, from_master);
@@ -78,7 +80,7 @@ class Sides {
       const Packet<1> from_slave = slave.tick(now, to_seconds(now), OperatorAct::kNone, 1);
       if (backward) to_master_.emplace_back(now + kDelay, from_slave);
     } else {
-      slave.axis.port.orthosis.advance(now);
+      slave.axis().port.orthosis.advance(now);
     }
   }
 
@@ -86,22 +88,21 @@ class Sides {
   void work() {
     while (now < 2 * kSecond) tick(now == kSecond ? OperatorAct::kEngage : OperatorAct::kNone);
     while (now < 25 * kSecond && std::abs(torque_on_hand()) < 0.5) tick();
-    ASSERT_EQ(master.station.state(), StationState::kEngaged);
-    ASSERT_EQ(slave.station.state(), StationState::kEngaged);
+    ASSERT_EQ(master.trace().state, StationState::kEngaged);
+    ASSERT_EQ(slave.trace().state, StationState::kEngaged);
     ASSERT_GE(std::abs(torque_on_hand()), 0.5);
   }
 
   // The tick at which the station got there; -1 if it did not within two seconds.
-  template <class StationT>
-  Nanoseconds until(const StationT& station, StationState state) {
+  Nanoseconds until(const Side& side, StationState state) {
     for (const Nanoseconds end = now + 2 * kSecond; now < end;) {
       tick();
-      if (station.state() == state) return now;
+      if (side.trace().state == state) return now;
     }
     return -1;
   }
 
-  const OrthosisEmulator& orthosis() const { return slave.axis.port.orthosis.emulator(); }
+  const OrthosisEmulator& orthosis() const { return slave.axis().port.orthosis.emulator(); }
   double torque_on_hand() const { return orthosis().world().true_f(); }
 
  private:
@@ -113,23 +114,23 @@ TEST(Reaction, SilenceOfTheNetworkHoldsTheSlaveAt100MillisecondsAndATick) {
   Sides sides;
   sides.work();
   sides.forward = false;
-  const Nanoseconds held = sides.until(sides.slave.station, StationState::kHolding);
+  const Nanoseconds held = sides.until(sides.slave, StationState::kHolding);
   EXPECT_EQ(held - sides.slave_heard, 101 * kMillisecond);
-  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kPeerSilent);
+  EXPECT_EQ(sides.slave.trace().reason, Reason::kPeerSilent);
   // The way back is whole, so the master learns of it one delay later.
-  EXPECT_EQ(sides.until(sides.master.station, StationState::kHolding), held + kDelay);
-  EXPECT_EQ(sides.master.station.trace().reason, Reason::kPeerLetGo);
+  EXPECT_EQ(sides.until(sides.master, StationState::kHolding), held + kDelay);
+  EXPECT_EQ(sides.master.trace().reason, Reason::kPeerLetGo);
 }
 
 TEST(Reaction, SilenceOfTheNetworkHoldsTheMasterAt100MillisecondsAndATick) {
   Sides sides;
   sides.work();
   sides.backward = false;
-  const Nanoseconds held = sides.until(sides.master.station, StationState::kHolding);
+  const Nanoseconds held = sides.until(sides.master, StationState::kHolding);
   EXPECT_EQ(held - sides.master_heard, 101 * kMillisecond);
-  EXPECT_EQ(sides.master.station.trace().reason, Reason::kPeerSilent);
-  EXPECT_EQ(sides.until(sides.slave.station, StationState::kHolding), held + kDelay);
-  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kPeerLetGo);
+  EXPECT_EQ(sides.master.trace().reason, Reason::kPeerSilent);
+  EXPECT_EQ(sides.until(sides.slave, StationState::kHolding), held + kDelay);
+  EXPECT_EQ(sides.slave.trace().reason, Reason::kPeerLetGo);
 }
 
 // The last frame from before the silence arrives up to the cable's delay later.
@@ -137,21 +138,21 @@ TEST(Reaction, SilenceOfTheSerialLineLetsGoAt50MillisecondsAndATick) {
   Sides sides;
   sides.work();
   const Nanoseconds heard = sides.now;  // telemetry comes every tick
-  sides.slave.axis.port.from_mcu = false;
-  const Nanoseconds let_go = sides.until(sides.slave.station, StationState::kReady);
+  sides.slave.axis().port.from_mcu = false;
+  const Nanoseconds let_go = sides.until(sides.slave, StationState::kReady);
   EXPECT_GE(let_go - heard, 50 * kMillisecond);
   EXPECT_LE(let_go - heard, 51 * kMillisecond);
-  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kDeviceLost);
-  EXPECT_EQ(sides.until(sides.master.station, StationState::kHolding), let_go + kDelay);
-  EXPECT_EQ(sides.master.station.trace().reason, Reason::kPeerLetGo);
+  EXPECT_EQ(sides.slave.trace().reason, Reason::kDeviceLost);
+  EXPECT_EQ(sides.until(sides.master, StationState::kHolding), let_go + kDelay);
+  EXPECT_EQ(sides.master.trace().reason, Reason::kPeerLetGo);
 }
 
 // The MCU hears that it is to let go, and ramps down in 50 ms, although it cannot be heard.
 TEST(Reaction, AnMcuThatIsNotHeardIsToldToLetGo) {
   Sides sides;
   sides.work();
-  sides.slave.axis.port.from_mcu = false;
-  const Nanoseconds let_go = sides.until(sides.slave.station, StationState::kReady);
+  sides.slave.axis().port.from_mcu = false;
+  const Nanoseconds let_go = sides.until(sides.slave, StationState::kReady);
   while (sides.orthosis().output().state != mcu::State::kSafe && sides.now < let_go + kSecond) sides.tick();
   EXPECT_LE(sides.now - let_go, kSerial + 50 * kMillisecond + 2 * kMillisecond);
 }
@@ -160,9 +161,9 @@ TEST(Reaction, AnUnpluggedCableLetsGoInTheSameTick) {
   Sides sides;
   sides.work();
   const Nanoseconds pulled = sides.now;
-  sides.slave.axis.port.plugged = false;
-  EXPECT_EQ(sides.until(sides.slave.station, StationState::kReady), pulled + kMillisecond);
-  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kDeviceLost);
+  sides.slave.axis().port.plugged = false;
+  EXPECT_EQ(sides.until(sides.slave, StationState::kReady), pulled + kMillisecond);
+  EXPECT_EQ(sides.slave.trace().reason, Reason::kDeviceLost);
 }
 
 // 20 ms without a frame and 50 ms of ramp, counted from the arrival of the last frame. What the spring then still shows
@@ -195,10 +196,10 @@ TEST(Reaction, AnMcuThatHearsNothingLetsGoAndTheSlaveNoticesThatItDid) {
   Sides sides;
   sides.work();
   const Nanoseconds last_word = sides.now;
-  sides.slave.axis.port.to_mcu = false;
+  sides.slave.axis().port.to_mcu = false;
   expect_torque_off_the_hand(sides, last_word);
-  EXPECT_EQ(sides.slave.station.state(), StationState::kReady);
-  EXPECT_EQ(sides.slave.station.trace().reason, Reason::kDeviceLost);
+  EXPECT_EQ(sides.slave.trace().state, StationState::kReady);
+  EXPECT_EQ(sides.slave.trace().reason, Reason::kDeviceLost);
 }
 
 // The outage of the shipped scene, on both kinds of slave, judged on every tick in which a station drives its axis.

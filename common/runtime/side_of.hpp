@@ -47,6 +47,9 @@ class SideOf final : public Side {
   }
   bool device_valid() const noexcept override { return device_valid_; }
 
+  A& axis() noexcept { return axis_; }
+  const A& axis() const noexcept { return axis_; }
+
  private:
   Station<Scene<typename A::Drive>> station_;
   A axis_;
