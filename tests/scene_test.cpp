@@ -9,16 +9,13 @@
 #include <random>
 
 #include "common/config/load.hpp"
-#include "common/config/params.hpp"
-#include "common/device/mcu_axis.hpp"
-#include "common/device/simulated_axis.hpp"
 #include "common/link/codec.hpp"
 #include "common/record/recorder.hpp"
 #include "common/record/sample.hpp"
 #include "common/runtime/side.hpp"
 #include "common/signal/delay_line.hpp"
 #include "tests/bench/plain_step.hpp"
-#include "tests/lab/emulated_port.hpp"
+#include "tests/lab/emulated_slave.hpp"
 #include "tests/support/alloc_counter.hpp"
 #include "tests/support/scratch_directory.hpp"
 
@@ -214,13 +211,19 @@ TEST(Scene, JointsDoNotMix) {
 }
 
 // Master and slave as in the lab, every packet through the codec and 50 ms of delay, every tick into a recorder.
-template <template <class> class Scene, class SlaveAxis, class SlaveArgs>
-void expect_no_heap_and_no_lock(const std::string& name, SlaveArgs slave_args) {
+class RealTime : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(, RealTime,
+                         testing::Values("four_channel", "four_channel_cdob", "four_channel_cdob_sdcv",
+                                         "sea_four_channel_cdob_sdcv"),
+                         [](const auto& scene) { return std::string(scene.param); });
+
+TEST_P(RealTime, TouchesNeitherHeapNorMutexOver10000Ticks) {
   if (kCounterIsBlind) GTEST_SKIP() << "the sanitizer brings its own malloc and mutexes";
-  const LoadedScene loaded = load_scene(name);
-  Side<Scene, SimulatedAxis<MasterWorld>> master(master_station_params(loaded.scene, 1),
-                                                 master_world_params(loaded.scene));
-  Side<FourChannel, SlaveAxis> slave(slave_station_params(loaded.scene, 2), slave_args(loaded.scene));
+  const LoadedScene loaded = load_scene(GetParam());
+  const std::unique_ptr<Side> master = make_simulated_master(loaded.scene, 1);
+  const std::unique_ptr<Side> slave = loaded.scene.slave().device() == scene::SERIES_ELASTIC
+                                          ? make_emulated_slave(loaded.scene, 2)
+                                          : make_simulated_slave(loaded.scene, 2);
   using Datagram = std::array<std::byte, PacketCodec<1>::kSize>;
   PacketCodec<1> codec;
   DelayLine<Datagram, 64> forward(50), backward(50);
@@ -229,7 +232,7 @@ void expect_no_heap_and_no_lock(const std::string& name, SlaveArgs slave_args) {
   info.set_role("master");
   Recorder recorder(scratch / "master.mcap", info, 32'768);  // virtual time outruns its thread
 
-  const auto pass = [&](DelayLine<Datagram, 64>& line, const Packet<1>& sent, auto& receiver, Nanoseconds now) {
+  const auto pass = [&](DelayLine<Datagram, 64>& line, const Packet<1>& sent, Side& receiver, Nanoseconds now) {
     Datagram datagram;
     const std::span<const std::byte> bytes = codec.encode(sent);
     std::copy(bytes.begin(), bytes.end(), datagram.begin());
@@ -240,13 +243,13 @@ void expect_no_heap_and_no_lock(const std::string& name, SlaveArgs slave_args) {
   const auto tick = [&](int k) {
     const Nanoseconds now = k * kMillisecond;
     const double t_s = to_seconds(now);
-    const Packet<1> from_master = master.tick(now, t_s, k == 300 ? OperatorAct::kEngage : OperatorAct::kNone, 1);
-    const Packet<1> from_slave = slave.tick(now, t_s, OperatorAct::kNone, 1);
-    pass(forward, from_master, slave.station, now);
-    pass(backward, from_slave, master.station, now);
-    recorder.push(now, sample_of(master.station, master.axis.truth(), t_s));
-    recorder.push(now, sample_of(slave.station, slave.axis.truth(), t_s));
-    engaged += slave.station.state() == StationState::kEngaged;
+    const Packet<1> from_master = master->tick(now, t_s, k == 300 ? OperatorAct::kEngage : OperatorAct::kNone, 1);
+    const Packet<1> from_slave = slave->tick(now, t_s, OperatorAct::kNone, 1);
+    pass(forward, from_master, *slave, now);
+    pass(backward, from_slave, *master, now);
+    recorder.push(now, sample_of(master->trace(), master->receiver(), master->truth(), t_s));
+    recorder.push(now, sample_of(slave->trace(), slave->receiver(), slave->truth(), t_s));
+    engaged += slave->trace().state == StationState::kEngaged;
   };
   tick(0);
   const TouchCounter counter;
@@ -257,28 +260,8 @@ void expect_no_heap_and_no_lock(const std::string& name, SlaveArgs slave_args) {
   EXPECT_EQ(recorder.finish({}).overflow, 0u);
 }
 
-template <template <class> class Scene>
-void expect_no_heap_and_no_lock_with_direct_drive(const std::string& name) {
-  expect_no_heap_and_no_lock<Scene, SimulatedAxis<DirectSlaveWorld>>(
-      name, [](const scene::Scene& scene) { return direct_slave_world_params(scene); });
-}
-
-TEST(RealTime, FourChannelTouchesNeitherHeapNorMutex) {
-  expect_no_heap_and_no_lock_with_direct_drive<FourChannel>("four_channel");
-}
-TEST(RealTime, CdobTouchesNeitherHeapNorMutex) {
-  expect_no_heap_and_no_lock_with_direct_drive<FourChannelCdob>("four_channel_cdob");
-}
-TEST(RealTime, CdobSdcvTouchesNeitherHeapNorMutex) {
-  expect_no_heap_and_no_lock_with_direct_drive<FourChannelCdobSdcv>("four_channel_cdob_sdcv");
-}
-TEST(RealTime, SeriesElasticSlaveTouchesNeitherHeapNorMutex) {
-  expect_no_heap_and_no_lock<FourChannelCdobSdcv, McuAxis<EmulatedPort>>(
-      "sea_four_channel_cdob_sdcv", [](const scene::Scene& scene) -> const scene::Scene& { return scene; });
-}
-
 // Or the counts above would prove nothing.
-TEST(RealTime, TheCounterSeesADeliberateTouch) {
+TEST(TouchCounter, SeesADeliberateTouch) {
   if (kCounterIsBlind) GTEST_SKIP() << "the sanitizer brings its own malloc and mutexes";
   const TouchCounter counter;
   void* volatile block = std::malloc(16);
