@@ -175,5 +175,42 @@ TEST(Simulation, NothingMovesBeforeTheOperatorActs) {
   }
 }
 
+TEST(Simulation, TheDemoGivesTheSameBytesTooWithItsSeriesElasticSlave) {
+  const auto bytes = [](const char* seed) {
+    const Result r = run("demo", {seed});
+    std::ostringstream csv;
+    write_csv(r.session, csv);
+    return summary_json(r.metrics, false) + csv.str();
+  };
+  const std::string first = bytes("seed=7");
+  EXPECT_EQ(first, bytes("seed=7"));
+  EXPECT_NE(first, bytes("seed=8"));
+}
+
+// Before anybody engages, the weight of the therapist's device is carried by its motor, whether it rests or is nudged;
+// a hand that hardly holds it (0.02 N m/rad) is not needed. Left alone, 0.3 N m on 5e-3 kg m2 would take it to its stop
+// within 0.11 s.
+TEST(Simulation, TheCompensatedWeightStaysWhereItIsLeft) {
+  const auto furthest = [](double angle, double compensated, double nudge) {
+    const Result r =
+        run("gravity", {set("master.axis.gravity_nm", compensated), set("master.axis.gravity_angle_rad", angle),
+                        set("master.motor.gravity_angle_rad", angle), "master.therapist.grip=CUSTOM",
+                        "master.therapist.K_h_nm_per_rad=0.02", "master.therapist.B_h_nms_per_rad=0.001",
+                        set("master.therapist.intended[1].sine_amplitude_rad", nudge), "operator_acts[0].at_s=26"});
+    double x = 0;
+    for (const StationSample& row : r.session.master) {
+      if (row.t_s >= 9) break;  // then the intended motion goes on to 0.3 rad
+      EXPECT_EQ(row.state, static_cast<int>(StationState::kReady));
+      x = std::max(x, std::abs(row.true_x_rad));
+    }
+    return x;
+  };
+  for (const double angle : {1.5708, -1.5708, 0.8}) {
+    EXPECT_LE(furthest(angle, 0.3, 0.0), 1e-6) << angle;
+    EXPECT_LE(furthest(angle, 0.3, 0.001), 3e-3) << angle;
+    EXPECT_GE(furthest(angle, 0.0, 0.0), 0.3) << angle;
+  }
+}
+
 }  // namespace
 }  // namespace farhand

@@ -53,10 +53,9 @@ class DirectDrive {
 
   // ticks: periods since the last call; more than one means that some were missed.
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
-    if (ticks > 1) derivative_.bridge(sensed.x);
     Motion<N> local;
     local.x = sensed.x;
-    local.v = derivative_.step(sensed.x);
+    local.v = ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x);
     dob_.step(gate_.applied(), local.v);
     local.f = rtob_.step(gate_.applied(), local.x, local.v);
     return local;
@@ -117,8 +116,7 @@ class ReferenceDrive {
   }
 
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
-    if (ticks > 1) derivative_.bridge(sensed.x);
-    return {sensed.x, derivative_.step(sensed.x), sensed.f};
+    return {sensed.x, ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x), sensed.f};
   }
 
   Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {

@@ -24,9 +24,12 @@ class Derivative {
     y_ = x;
     v_.setZero();
   }
-  // Ticks were missed: take x as it is and keep the velocity, so that the gap is not differentiated into a spike. The
-  // next step at x + v dt then returns v again.
-  void bridge(const Joints<N>& x) noexcept { y_ = x - v_ * (dt_s_ / a_ - dt_s_); }
+  // Instead of a step when ticks were missed: take x as it is and keep the velocity, so that the gap is not
+  // differentiated into a spike. The next step at x + v dt then returns v again.
+  const Joints<N>& bridge(const Joints<N>& x) noexcept {
+    y_ = x - v_ * (dt_s_ / a_ - dt_s_);
+    return v_;
+  }
 
   const Joints<N>& value() const noexcept { return v_; }
 

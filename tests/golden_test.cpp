@@ -1,0 +1,93 @@
+// The numbers of four scenes, as another build type of the same source computed them: optimisation, sanitizers and
+// assertions must not change what a run says.
+//
+// Builds on one machine agree in every byte. Between machines the library's sine differs in its last bit (it picks its
+// code by the processor), so what is promised is one unit in the sixth digit of the summary, and 1e-9 in the table.
+//
+// After a change that is meant to change numbers: run golden_test of the asan build with
+// FARHAND_GOLDEN_DIR=tests/golden and look at the difference before it is committed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "common/record/metrics.hpp"
+#include "common/record/summary.hpp"
+#include "tests/lab/simulation.hpp"
+
+namespace farhand {
+namespace {
+
+struct Numbers {
+  std::string json, csv;
+};
+
+Numbers numbers_of(const std::string& scene) {
+  const LoadedScene loaded = load_scene(scene);
+  const Session session = simulate(loaded);
+  std::ostringstream csv;
+  write_csv(session, csv);
+  return {summary_json(compute_metrics(session, loaded.scene), false), csv.str()};
+}
+
+// Every 5001st row of the table, the two sides in turn: where in time and on which side two builds part.
+std::string excerpt(const std::string& csv) {
+  std::istringstream in(csv);
+  std::ostringstream out;
+  std::string line;
+  for (int k = 0; std::getline(in, line); ++k) {
+    if (k == 0 || k % 5001 == 1) out << line << '\n';
+  }
+  return out.str();
+}
+
+// Text that must be equal, but for numbers, which may differ by `relative` of themselves or by `absolute`.
+void expect_close(const std::string& now, const std::string& then, double relative, double absolute) {
+  std::istringstream a(now), b(then);
+  std::string x, y;
+  for (int row = 1; std::getline(a, x) && std::getline(b, y); ++row) {
+    const char *p = x.c_str(), *q = y.c_str();
+    while (*p != '\0' && *q != '\0') {
+      char *p_end = nullptr, *q_end = nullptr;
+      const double u = std::strtod(p, &p_end), v = std::strtod(q, &q_end);
+      if (p_end != p && q_end != q) {
+        EXPECT_LE(std::abs(u - v), std::max(relative * std::abs(v), absolute)) << "row " << row << ": " << x;
+        p = p_end;
+        q = q_end;
+      } else if (*p++ != *q++) {
+        break;
+      }
+    }
+    EXPECT_TRUE(*p == '\0' && *q == '\0') << "row " << row << ": " << x << "\ninstead of " << y;
+  }
+  EXPECT_EQ(std::count(now.begin(), now.end(), '\n'), std::count(then.begin(), then.end(), '\n'));
+}
+
+std::string read(const std::string& path) {
+  std::ifstream in(path);
+  std::ostringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+class Golden : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(, Golden, testing::Values("four_channel", "four_channel_cdob_sdcv", "sea_friction", "demo"),
+                         [](const auto& scene) { return std::string(scene.param); });
+
+TEST_P(Golden, EveryBuildComputesTheSameNumbers) {
+  const Numbers now = numbers_of(GetParam());
+  if (const char* directory = std::getenv("FARHAND_GOLDEN_DIR")) {
+    std::ofstream(std::string(directory) + "/" + GetParam() + ".json") << now.json;
+    std::ofstream(std::string(directory) + "/" + GetParam() + ".csv") << excerpt(now.csv);
+    GTEST_SKIP() << "golden files written";
+  }
+  const std::string base = std::string(FARHAND_GOLDEN) + "/" + GetParam();
+  expect_close(now.json, read(base + ".json"), 1.0001e-5, 1e-12);
+  expect_close(excerpt(now.csv), read(base + ".csv"), 0.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace farhand

@@ -1,0 +1,419 @@
+// Stations in pairs, with an axis under each and delay between them: what they do when something goes wrong, and that
+// nothing jumps when they take hold, let go or lose each other.
+#include "common/scene/station.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <random>
+
+namespace farhand {
+namespace {
+
+using S = StationState;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+// A motor axis in a hand: a spring to where that hand wants to be, and some damping.
+template <int N>
+struct AxisInHand {
+  double stiffness = 0.5;
+  Joints<N> rest = Joints<N>::Zero();
+  Joints<N> x = Joints<N>::Zero(), v = Joints<N>::Zero(), torque = Joints<N>::Zero();
+
+  void advance(int milliseconds) {
+    for (int k = 0; k < 20 * milliseconds; ++k) {
+      v += 5e-5 * (torque + stiffness * (rest - x) - 0.05 * v) / 4e-3;
+      x += 5e-5 * v;
+    }
+  }
+};
+
+template <class Scene>
+struct Side {
+  static constexpr int N = Scene::N;
+  explicit Side(Role role, std::uint32_t session = 0) : own{params(role, session)}, station(new Station<Scene>(own)) {}
+
+  static StationParams params(Role role, std::uint32_t session) {
+    StationParams p;
+    p.role = role;
+    p.session = session != 0 ? session : (role == Role::kLeader ? 1u : 2u);
+    p.receive = {.timeout = 100 * kMillisecond, .playout_max = 2 * kSecond, .expiry = 2 * kSecond};
+    return p;
+  }
+  void restart(std::uint32_t session) {
+    own.session = session;
+    station.reset(new Station<Scene>(own));
+  }
+
+  StationParams own;
+  std::unique_ptr<Station<Scene>> station;
+  AxisInHand<N> axis;
+  typename Scene::Drive::Sensed fault;  // added to the reading
+  bool connected = true;                // the device
+  std::deque<std::pair<Nanoseconds, Packet<N>>> inbox;
+
+  const TickTrace<N>& trace() const { return station->trace(); }
+  S state() const { return station->state(); }
+
+  typename Station<Scene>::Output tick(Nanoseconds now, OperatorAct act, int ticks) {
+    while (!inbox.empty() && inbox.front().first <= now) {
+      station->receive(inbox.front().second, now);
+      inbox.pop_front();
+    }
+    typename Scene::Drive::Sensed sensed;
+    sensed.x = axis.x + fault.x;
+    sensed.valid = connected;
+    const auto out = station->tick(now, sensed, act, ticks);
+    axis.torque = out.command.torque;
+    return out;
+  }
+};
+
+template <int N, template <class> class MasterScene = FourChannelCdobSdcv>
+struct Pair {
+  Side<MasterScene<DirectDrive<N>>> master{Role::kLeader};
+  Side<FourChannel<DirectDrive<N>>> slave{Role::kFollower};
+  Nanoseconds now = 0, delay = 30 * kMillisecond;
+  bool forward = true, backward = true;  // the link carries
+  OperatorAct act = OperatorAct::kNone;
+
+  void tick() {
+    now += kMillisecond;
+    master.axis.advance(1);
+    slave.axis.advance(1);
+    const Packet<N> from_master = master.tick(now, std::exchange(act, OperatorAct::kNone), 1).packet;
+    const Packet<N> from_slave = slave.tick(now, OperatorAct::kNone, 1).packet;
+    EXPECT_TRUE(from_master.motion.finite() && from_slave.motion.finite());
+    if (forward) slave.inbox.emplace_back(now + delay, from_master);
+    if (backward) master.inbox.emplace_back(now + delay, from_slave);
+  }
+  void run(int ticks) {
+    for (int k = 0; k < ticks; ++k) tick();
+  }
+  void engage() {
+    run(200);
+    act = OperatorAct::kEngage;
+    run(3000);
+    ASSERT_EQ(master.state(), S::kEngaged);
+    ASSERT_EQ(slave.state(), S::kEngaged);
+  }
+};
+
+template <class T>
+class Stations : public testing::Test {};
+using Widths = testing::Types<std::integral_constant<int, 1>, std::integral_constant<int, 2>>;
+TYPED_TEST_SUITE(Stations, Widths);
+
+TYPED_TEST(Stations, TwoOfThemShareTheirAngles) {
+  Pair<TypeParam::value> pair;
+  pair.slave.axis.stiffness = 0;
+  pair.slave.axis.x.setConstant(0.08);
+  pair.engage();
+  pair.master.axis.rest.setConstant(0.2);
+  pair.master.axis.rest[0] = -0.15;
+  pair.run(5000);
+  EXPECT_LT((pair.slave.axis.x - pair.master.axis.x).abs().maxCoeff(), 1e-3);
+  EXPECT_LT((pair.slave.axis.x - pair.master.axis.rest).abs().maxCoeff(), 5e-3);
+}
+
+TYPED_TEST(Stations, AReadingThatIsNoNumberCutsTheTorqueAtOnceAndForGood) {
+  constexpr int N = TypeParam::value;
+  for (const double wrong : {kNan, kInf, -kInf}) {
+    for (int joint = 0; joint < N; ++joint) {
+      for (const bool on_master : {true, false}) {
+        Pair<N> pair;
+        pair.slave.axis.stiffness = 5;
+        pair.engage();
+        pair.master.axis.rest.setConstant(0.2);
+        pair.run(1000);
+        const auto fails = [&](auto& side, auto& peer) {
+          ASSERT_GT(side.axis.torque.abs().maxCoeff(), 0.01);
+          side.fault.x[joint] = wrong;
+          pair.tick();
+          EXPECT_EQ(side.state(), S::kFault);
+          EXPECT_EQ(side.trace().reason, Reason::kNotFinite);
+          EXPECT_TRUE(side.trace().limits & kLimitNotFinite);
+          EXPECT_TRUE((side.axis.torque == 0.0).all());
+          side.fault.x.setZero();  // a good reading does not make up for it, nor does the operator's wish to go on
+          for (int k = 0; k < 1000; ++k) {
+            pair.act = k == 500 ? OperatorAct::kEngage : OperatorAct::kNone;
+            pair.tick();
+            ASSERT_EQ(side.state(), S::kFault);
+            ASSERT_TRUE((side.axis.torque == 0.0).all());
+          }
+          EXPECT_EQ(peer.state(), S::kHolding);
+          EXPECT_EQ(peer.trace().reason, Reason::kPeerFault);
+        };
+        if (on_master) {
+          fails(pair.master, pair.slave);
+          pair.act = OperatorAct::kReset;
+          pair.run(1);
+          EXPECT_EQ(pair.master.state(), S::kReady);
+          pair.engage();
+        } else {
+          fails(pair.slave, pair.master);
+        }
+      }
+    }
+  }
+}
+
+TEST(Station, AReferenceDriveLetsGoOnAReadingThatIsNoNumber) {
+  Station<FourChannel<ReferenceDrive<1>>> station(Side<FourChannel<DirectDrive<1>>>::params(Role::kFollower, 2));
+  ReferenceDrive<1>::Sensed sensed{.x = Joints<1>(0.1), .f = Joints<1>(0.0), .valid = true};
+  Packet<1> leader;
+  leader.session = 1;
+  leader.motion.x[0] = 0.1;
+  Nanoseconds now = 0;
+  const auto tick = [&](S state) {
+    now += kMillisecond;
+    leader.send_time_ns = now;
+    ++leader.seq;
+    leader.state = state;
+    station.receive(leader, now);
+    return station.tick(now, sensed);
+  };
+  for (int k = 0; k < 1100; ++k) EXPECT_FALSE(tick(S::kAligning).command.track);
+  for (int k = 0; k < 50; ++k) EXPECT_TRUE(tick(S::kEngaged).command.track);
+  sensed.f[0] = kNan;
+  const auto out = tick(S::kEngaged);
+  EXPECT_FALSE(out.command.track);
+  EXPECT_TRUE(out.command.reference.finite());
+  EXPECT_TRUE(out.packet.motion.finite());
+  EXPECT_EQ(station.state(), S::kFault);
+  sensed.f[0] = 0.0;
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(tick(S::kEngaged).command.track);
+}
+
+// Whatever the operator and the network do, the motion to follow goes on where it was. At the tick of a change of state
+// it is exactly the one before. Between changes it moves by no more than what it is made of: the own angle, the peer's,
+// the compensation (scaled by at most 1), and the fading difference, whose smoothstep is at most 1.5 times as steep as
+// the speed of alignment. The torque moves by what the law makes of that.
+template <int N>
+struct Continuity {
+  StationParams params;
+  TickTrace<N> last{};
+  Joints<N> torque = Joints<N>::Zero();
+  bool begun = false;
+  int changes = 0;
+  double largest_step = 0, largest_torque_step_at_change = 0;
+
+  void see(const TickTrace<N>& now, const Joints<N>& tau) {
+    if (begun) {
+      const Joints<N> dx = (now.target.x - last.target.x).abs();
+      const Joints<N> own = (now.local.x - last.local.x).abs();
+      if (now.state != last.state) {
+        ++changes;
+        ASSERT_LE(dx.maxCoeff(), 1e-9);
+        ASSERT_LE((now.target.v - last.target.v).abs().maxCoeff(), 1e-9);
+        ASSERT_LE((now.target.f - last.target.f).abs().maxCoeff(), 1e-9);
+        largest_torque_step_at_change = std::max(largest_torque_step_at_change, (tau - torque).abs().maxCoeff());
+      } else {
+        double explained = own.maxCoeff() + (now.remote.x - last.remote.x).abs().maxCoeff() +
+                           1.5 * params.align_speed * params.scene.drive.dt_s;
+        if (now.state == S::kEngaged) {
+          explained += std::abs(now.compensation.x_cdob - last.compensation.x_cdob) +
+                       std::abs(now.compensation.alpha - last.compensation.alpha) * std::abs(now.compensation.x_cdob);
+        }
+        ASSERT_LE(dx.maxCoeff(), explained + 1e-9) << name_of(now.state);
+      }
+      largest_step = std::max(largest_step, dx.maxCoeff());
+      // J_n (C_p, K_f) of what changed, the observer's share, and the part of the law's torque that is handed over per
+      // tick.
+      const FourChannelGains& K = params.scene.drive.K;
+      const AxisModel& model = params.scene.drive.model;
+      const auto change = [](const Joints<N>& a, const Joints<N>& b) { return (a - b).abs().maxCoeff(); };
+      const double d_x = change(now.target.x, last.target.x) + own.maxCoeff();
+      const double d_v = change(now.target.v, last.target.v) + change(now.local.v, last.local.v);
+      const double d_f = change(now.target.f, last.target.f) + change(now.local.f, last.local.f);
+      const double wish =
+          (model.J_n * four_channel(K, now.local, now.target) + now.local.f).abs().maxCoeff() + model.viscous;
+      const double explained = model.J_n * (K.K_p * d_x + K.K_d * d_v + K.K_f * d_f) +
+                               change(now.local.f, last.local.f) + model.viscous * change(now.local.v, last.local.v) +
+                               (params.scene.drive.dt_s / 0.2) * wish;
+      ASSERT_LE((tau - torque).abs().maxCoeff(), explained + 1e-9) << name_of(last.state) << name_of(now.state);
+    }
+    begun = true;
+    last = now;
+    torque = tau;
+  }
+};
+
+TEST(Station, NothingJumpsWhateverTheOperatorAndTheNetworkDo) {
+  std::mt19937_64 random(11);
+  const auto uniform = [&](double a, double b) {
+    return a + (b - a) * (static_cast<double>(random() >> 11) * 0x1p-53);
+  };
+  int changes = 0, engagements = 0;
+  double at_change = 0;
+  for (int round = 0; round < 12; ++round) {
+    Pair<1> pair;
+    pair.delay = static_cast<Nanoseconds>(uniform(0, 150)) * kMillisecond;
+    pair.slave.axis.stiffness = uniform(0.2, 5);
+    pair.slave.axis.rest[0] = pair.slave.axis.x[0] = uniform(-0.2, 0.2);
+    Continuity<1> master{.params = pair.master.own}, slave{.params = pair.slave.own};
+    for (int k = 0; k < 20'000; ++k) {
+      const std::uint64_t dice = random() % 6000;
+      if (dice < 10) pair.act = OperatorAct::kEngage;
+      if (dice == 10) pair.act = OperatorAct::kHold;
+      if (dice == 11) pair.act = OperatorAct::kStop;
+      if (dice == 12) pair.forward = !pair.forward;
+      if (dice == 13) pair.backward = !pair.backward;
+      if (dice >= 20 && dice < 30) pair.forward = pair.backward = true;
+      if (dice == 31) pair.master.axis.rest[0] = uniform(-0.3, 0.3);
+      pair.tick();
+      engagements += pair.slave.state() == S::kEngaged && slave.last.state != S::kEngaged;
+      ASSERT_NO_FATAL_FAILURE(master.see(pair.master.trace(), pair.master.axis.torque)) << round << ' ' << k;
+      ASSERT_NO_FATAL_FAILURE(slave.see(pair.slave.trace(), pair.slave.axis.torque)) << round << ' ' << k;
+    }
+    changes += master.changes + slave.changes;
+    at_change = std::max({at_change, master.largest_torque_step_at_change, slave.largest_torque_step_at_change});
+  }
+  std::printf("%d changes of state, %d engagements, largest torque step at a change %.3g N m\n", changes, engagements,
+              at_change);
+  EXPECT_GT(changes, 200);
+  EXPECT_GT(engagements, 30);
+}
+
+TEST(Station, AStreamThatResumesDoesNotTakeTheHandAgain) {
+  Pair<1> pair;
+  pair.engage();
+  Packet<1> stale;
+  stale.session = 1;
+  stale.seq = 1'000'000;
+  stale.state = S::kEngaged;
+  pair.forward = false;
+  pair.run(200);
+  ASSERT_EQ(pair.slave.state(), S::kHolding);
+  EXPECT_EQ(pair.slave.trace().reason, Reason::kPeerSilent);
+  for (int k = 0; k < 3000; ++k) {  // as if the leader had never stopped
+    ++stale.seq;
+    stale.send_time_ns = pair.now;
+    pair.slave.inbox.emplace_back(pair.now, stale);
+    pair.tick();
+    ASSERT_EQ(pair.slave.state(), S::kHolding);
+  }
+}
+
+// The encoder is not differentiated across a gap: a hand at constant speed keeps its speed.
+TEST(Station, MissedTicksMakeNoSpike) {
+  for (const double speed : {0.5, -0.5}) {
+    for (const int missed : {2, 5, 30}) {
+      Station<FourChannel<DirectDrive<2>>> station(Side<FourChannel<DirectDrive<2>>>::params(Role::kLeader, 1));
+      Nanoseconds now = 0;
+      const auto at = [&](int ticks) {
+        now += ticks * kMillisecond;
+        DirectDrive<2>::Sensed sensed;
+        sensed.x = Joints<2>(1.0, -0.5) * speed * to_seconds(now);
+        station.tick(now, sensed, OperatorAct::kNone, ticks);
+        return station.trace().local;
+      };
+      for (int k = 0; k < 200; ++k) at(1);
+      const Motion<2> before = station.trace().local;
+      ASSERT_NEAR(before.v[0], speed, 1e-9);
+      for (const int ticks : {missed, 1, 1, 1, missed, 1}) {
+        const Motion<2> after = at(ticks);
+        EXPECT_NEAR(after.v[0], speed, 1e-9) << missed;
+        EXPECT_NEAR(after.v[1], -0.5 * speed, 1e-9) << missed;
+        EXPECT_NEAR(after.f[0], before.f[0], 1e-9) << missed;
+      }
+    }
+  }
+}
+
+TEST(Station, SurvivesMissedTicksWhileEngaged) {
+  Pair<1> pair;
+  pair.slave.axis.stiffness = 0;  // in contact the compensation leaves an offset
+  pair.engage();
+  pair.master.axis.rest[0] = 0.2;
+  pair.run(100);
+  const double v = pair.slave.trace().local.v[0];
+  ASSERT_GT(std::abs(v), 0.2);
+  // The slave's machine stalls for 30 ms; its motor holds the last torque.
+  pair.now += 30 * kMillisecond;
+  pair.slave.axis.advance(30);
+  pair.slave.tick(pair.now, OperatorAct::kNone, 30);
+  EXPECT_EQ(pair.slave.state(), S::kEngaged);
+  EXPECT_NEAR(pair.slave.trace().local.v[0], v, 1e-9);
+  pair.run(3000);
+  EXPECT_LT(std::abs(pair.slave.axis.x[0] - pair.master.axis.x[0]), 5e-3);
+}
+
+TEST(Station, APeerThatRestartsIsANewPeer) {
+  for (const bool restart_master : {true, false}) {
+    Pair<1> pair;
+    pair.engage();
+    pair.master.axis.rest[0] = 0.1;
+    pair.run(1000);
+    Continuity<1> master{.params = pair.master.own}, slave{.params = pair.slave.own};
+    if (restart_master) {
+      pair.master.restart(77);
+      pair.master.inbox.clear();
+    } else {
+      pair.slave.restart(78);
+      pair.slave.inbox.clear();
+    }
+    for (int k = 0; k < 1000; ++k) {
+      pair.tick();
+      if (restart_master) {
+        ASSERT_NO_FATAL_FAILURE(slave.see(pair.slave.trace(), pair.slave.axis.torque));
+      } else {
+        ASSERT_NO_FATAL_FAILURE(master.see(pair.master.trace(), pair.master.axis.torque));
+      }
+    }
+    EXPECT_EQ(pair.master.state(), restart_master ? S::kReady : S::kHolding);
+    EXPECT_EQ(pair.slave.state(), S::kReady);  // a leader that is Ready lets the hand go
+    EXPECT_EQ(restart_master ? pair.slave.trace().reason : pair.master.trace().reason, Reason::kPeerLetGo);
+    pair.engage();
+  }
+}
+
+TEST(Station, HoldAndStopReachBothSides) {
+  Pair<1> pair;
+  pair.engage();
+  pair.act = OperatorAct::kHold;
+  pair.run(100);
+  EXPECT_EQ(pair.master.state(), S::kHolding);
+  EXPECT_EQ(pair.slave.state(), S::kHolding);
+  EXPECT_EQ(pair.master.trace().reason, Reason::kOperator);
+  EXPECT_EQ(pair.slave.trace().reason, Reason::kPeerLetGo);
+  pair.engage();
+  pair.act = OperatorAct::kStop;
+  pair.run(1);
+  EXPECT_EQ(pair.master.state(), S::kReady);
+  pair.run(300);  // let go within 0.2 s; without gravity nothing is left
+  EXPECT_EQ(pair.master.axis.torque[0], 0.0);
+  EXPECT_EQ(pair.slave.state(), S::kReady);
+  EXPECT_EQ(pair.slave.axis.torque[0], 0.0);
+  pair.engage();
+}
+
+TEST(Station, ADeviceThatIsLostIsReadyOnceItIsBack) {
+  Pair<1> pair;
+  pair.engage();
+  pair.slave.connected = false;
+  pair.run(1);
+  EXPECT_EQ(pair.slave.state(), S::kReady);
+  EXPECT_EQ(pair.slave.trace().reason, Reason::kDeviceLost);
+  EXPECT_EQ(pair.slave.axis.torque[0], 0.0);
+  pair.run(100);
+  EXPECT_EQ(pair.master.state(), S::kHolding);
+  pair.slave.axis.x[0] += 0.05;  // moved by hand meanwhile
+  pair.slave.axis.rest = pair.slave.axis.x;
+  pair.slave.axis.v.setZero();
+  pair.slave.connected = true;
+  for (int k = 0; k < 500; ++k) {
+    pair.tick();
+    ASSERT_EQ(pair.slave.state(), S::kReady);
+    ASSERT_LT(std::abs(pair.slave.trace().local.v[0]), 0.01);
+    ASSERT_EQ(pair.slave.axis.torque[0], 0.0);
+  }
+  pair.engage();
+}
+
+}  // namespace
+}  // namespace farhand
