@@ -19,7 +19,8 @@ namespace {
 
 using Series = Recorded::Series<StationSample>;
 
-// Slow motion all the time, so that whatever happens happens in mid-motion; the operator is the test.
+// Slow motion all the time, so that whatever happens happens in mid-motion; the operator is the test. No jitter, so
+// that nothing overtakes: then the newest packet is also the last that was heard, and its arrival is in the recording.
 constexpr const char* kScene = R"(
 architecture: FOUR_CHANNEL_CDOB_SDCV
 duration_s: 300
@@ -27,8 +28,8 @@ control { K_f_per_kgm2: 125 f_1_nm: 0.1 f_2_nm: 0.2 }
 master { therapist { grip: NORMAL intended { duration_s: 1000 sine_amplitude_rad: 0.12 sine_frequency_hz: 0.25 } } }
 slave { device: SERIES_ELASTIC hand { stiffness_nm_per_rad: 1 } }
 network {
-  forward { delay_s: 0.03 jitter_s: 0.005 loss: 0.005 }
-  backward { delay_s: 0.03 jitter_s: 0.005 loss: 0.005 }
+  forward { delay_s: 0.03 distribution: CONSTANT loss: 0.01 }
+  backward { delay_s: 0.03 distribution: CONSTANT loss: 0.01 }
 }
 )";
 

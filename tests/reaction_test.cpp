@@ -8,7 +8,8 @@
 #include <deque>
 
 #include "common/config/load.hpp"
-#include "common/config/params.hpp"
+#include "common/config/station_params.hpp"
+#include "common/config/world_params.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/runtime/side.hpp"
 #include "slave/emulator_params.hpp"
