@@ -31,6 +31,7 @@ network {
   forward { delay_s: 0.03 distribution: CONSTANT loss: 0.01 }
   backward { delay_s: 0.03 distribution: CONSTANT loss: 0.01 }
 }
+runtime { priority: 20 }
 )";
 
 constexpr double kTracking = 0.015;  // rad; below it the patient's hand is where the therapist's was
@@ -84,11 +85,13 @@ double largest_jump(const Series& rows) {
   return largest;
 }
 
-// Engaged on a peer that had been silent for longer than the time-out: never, however the machine stalled.
+// Engaged on a peer that had been silent for longer than the time-out: never, however the machine stalled. The
+// recording holds when the newest packet came; an older one that was held up may have been heard up to half a time-out
+// after it. (To the tick: reaction_test.cpp.)
 bool engaged_on_silence(const Series& rows, Nanoseconds timeout) {
   return std::any_of(rows.begin(), rows.end(), [&](const auto& timed) {
     return is(timed.second, StationState::kEngaged) &&
-           timed.first - timed.second.newest_peer_arrival_ns > timeout + kMillisecond;
+           timed.first - timed.second.newest_peer_arrival_ns > 3 * timeout / 2;
   });
 }
 
@@ -197,6 +200,7 @@ class Outage : public Story {
       sets.push_back(way + ".cut_until_s=" + std::to_string(5 + seconds));
     }
     begin(sets);
+    if (HasFatalFailure()) return;
     const Nanoseconds outage = seconds * kSecond - 100 * kMillisecond;  // less the time of flight
     EXPECT_TRUE(comes_true([&] {
       return longest_silence(session_->recorded(Program::kMaster).master) > outage &&
@@ -220,6 +224,7 @@ TEST_F(NightlyStories, EverythingIsLostForTenSeconds) { lose_everything_for(10);
 
 TEST_F(Stories, MasterKilledThePatientIsHeldUntilItIsBack) {
   begin();
+  if (HasFatalFailure()) return;
   kill(Program::kMaster);
   EXPECT_TRUE(comes_to_say(Program::kSlave, "holding: peer silent"));
   expect_alive_but(Program::kMaster);
@@ -230,6 +235,7 @@ TEST_F(Stories, MasterKilledThePatientIsHeldUntilItIsBack) {
 
 TEST_F(Stories, SlaveKilledTheMcuLetsGoAndTheTherapistIsHeld) {
   begin();
+  if (HasFatalFailure()) return;
   kill(Program::kSlave);
   EXPECT_TRUE(comes_to_say(Program::kMaster, "holding: peer silent"));
   EXPECT_TRUE(comes_true([&] {
@@ -244,6 +250,7 @@ TEST_F(Stories, SlaveKilledTheMcuLetsGoAndTheTherapistIsHeld) {
 
 TEST_F(Stories, NetemKilledBothSidesHold) {
   begin();
+  if (HasFatalFailure()) return;
   kill(Program::kNetem);
   EXPECT_TRUE(comes_to_say(Program::kSlave, "holding: peer silent"));
   EXPECT_TRUE(comes_to_say(Program::kMaster, "holding: peer silent"));
@@ -255,6 +262,7 @@ TEST_F(Stories, NetemKilledBothSidesHold) {
 
 TEST_F(Stories, McuKilledTheSlaveLetsGoAndTheMasterHolds) {
   begin();
+  if (HasFatalFailure()) return;
   kill(Program::kMcu);
   EXPECT_TRUE(comes_to_say(Program::kSlave, "ready: device lost"));
   EXPECT_TRUE(comes_to_say(Program::kMaster, "holding: peer let go"));
@@ -266,6 +274,7 @@ TEST_F(Stories, McuKilledTheSlaveLetsGoAndTheMasterHolds) {
 
 TEST_F(Stories, WithoutItsDeviceAtTheEndTheSlaveSaysSoAndFails) {
   begin();
+  if (HasFatalFailure()) return;
   session_->kill(Program::kMcu);
   EXPECT_TRUE(comes_to_say(Program::kSlave, "ready: device lost"));
   ChildProcess& slave = (*session_)[Program::kSlave];
