@@ -19,7 +19,8 @@ namespace {
 
 using Series = Recorded::Series<StationSample>;
 
-// Slow motion all the time, so that whatever happens happens in mid-motion; the operator is the test.
+// Slow motion all the time, so that whatever happens happens in mid-motion; the operator is the test. No jitter, so
+// that nothing overtakes: then the newest packet is also the last that was heard, and its arrival is in the recording.
 constexpr const char* kScene = R"(
 architecture: FOUR_CHANNEL_CDOB_SDCV
 duration_s: 300
@@ -27,9 +28,10 @@ control { K_f_per_kgm2: 125 f_1_nm: 0.1 f_2_nm: 0.2 }
 master { therapist { grip: NORMAL intended { duration_s: 1000 sine_amplitude_rad: 0.12 sine_frequency_hz: 0.25 } } }
 slave { device: SERIES_ELASTIC hand { stiffness_nm_per_rad: 1 } }
 network {
-  forward { delay_s: 0.03 jitter_s: 0.005 loss: 0.005 }
-  backward { delay_s: 0.03 jitter_s: 0.005 loss: 0.005 }
+  forward { delay_s: 0.03 distribution: CONSTANT loss: 0.01 }
+  backward { delay_s: 0.03 distribution: CONSTANT loss: 0.01 }
 }
+runtime { priority: 20 }
 )";
 
 constexpr double kTracking = 0.015;  // rad; below it the patient's hand is where the therapist's was
@@ -83,11 +85,13 @@ double largest_jump(const Series& rows) {
   return largest;
 }
 
-// Engaged on a peer that had been silent for longer than the time-out: never, however the machine stalled.
+// Engaged on a peer that had been silent for longer than the time-out: never, however the machine stalled. The
+// recording holds when the newest packet came; an older one that was held up may have been heard up to half a time-out
+// after it. (To the tick: reaction_test.cpp.)
 bool engaged_on_silence(const Series& rows, Nanoseconds timeout) {
   return std::any_of(rows.begin(), rows.end(), [&](const auto& timed) {
     return is(timed.second, StationState::kEngaged) &&
-           timed.first - timed.second.newest_peer_arrival_ns > timeout + kMillisecond;
+           timed.first - timed.second.newest_peer_arrival_ns > 3 * timeout / 2;
   });
 }
 
@@ -196,6 +200,7 @@ class Outage : public Story {
       sets.push_back(way + ".cut_until_s=" + std::to_string(5 + seconds));
     }
     begin(sets);
+    if (HasFatalFailure()) return;
     const Nanoseconds outage = seconds * kSecond - 100 * kMillisecond;  // less the time of flight
     EXPECT_TRUE(comes_true([&] {
       return longest_silence(session_->recorded(Program::kMaster).master) > outage &&
@@ -219,6 +224,7 @@ TEST_F(NightlyStories, EverythingIsLostForTenSeconds) { lose_everything_for(10);
 
 TEST_F(Stories, MasterKilledThePatientIsHeldUntilItIsBack) {
   begin();
+  if (HasFatalFailure()) return;
   kill(Program::kMaster);
   EXPECT_TRUE(comes_to_say(Program::kSlave, "holding: peer silent"));
   expect_alive_but(Program::kMaster);
@@ -229,6 +235,7 @@ TEST_F(Stories, MasterKilledThePatientIsHeldUntilItIsBack) {
 
 TEST_F(Stories, SlaveKilledTheMcuLetsGoAndTheTherapistIsHeld) {
   begin();
+  if (HasFatalFailure()) return;
   kill(Program::kSlave);
   EXPECT_TRUE(comes_to_say(Program::kMaster, "holding: peer silent"));
   EXPECT_TRUE(comes_true([&] {
@@ -243,6 +250,7 @@ TEST_F(Stories, SlaveKilledTheMcuLetsGoAndTheTherapistIsHeld) {
 
 TEST_F(Stories, NetemKilledBothSidesHold) {
   begin();
+  if (HasFatalFailure()) return;
   kill(Program::kNetem);
   EXPECT_TRUE(comes_to_say(Program::kSlave, "holding: peer silent"));
   EXPECT_TRUE(comes_to_say(Program::kMaster, "holding: peer silent"));
@@ -254,6 +262,7 @@ TEST_F(Stories, NetemKilledBothSidesHold) {
 
 TEST_F(Stories, McuKilledTheSlaveLetsGoAndTheMasterHolds) {
   begin();
+  if (HasFatalFailure()) return;
   kill(Program::kMcu);
   EXPECT_TRUE(comes_to_say(Program::kSlave, "ready: device lost"));
   EXPECT_TRUE(comes_to_say(Program::kMaster, "holding: peer let go"));
@@ -265,6 +274,7 @@ TEST_F(Stories, McuKilledTheSlaveLetsGoAndTheMasterHolds) {
 
 TEST_F(Stories, WithoutItsDeviceAtTheEndTheSlaveSaysSoAndFails) {
   begin();
+  if (HasFatalFailure()) return;
   session_->kill(Program::kMcu);
   EXPECT_TRUE(comes_to_say(Program::kSlave, "ready: device lost"));
   ChildProcess& slave = (*session_)[Program::kSlave];

@@ -42,7 +42,8 @@ Outcome outcome_of(const Session& session, const scene::Scene& scene) {
 
 // To the natural end of the scene. A run that a busy machine made hold is another session than the one of virtual time:
 // it is told and run again.
-Outcome run_processes(const std::string& name, const Sets& sets) {
+Outcome run_processes(const std::string& name, Sets sets) {
+  sets.push_back("runtime.priority=20");  // where it is allowed, a busy machine then disturbs little
   const LoadedScene loaded = load_scene(name, sets);
   for (int attempt = 1;; ++attempt) {
     ScratchDirectory scratch;

@@ -9,9 +9,7 @@
 
 #include "common/config/load.hpp"
 #include "common/config/station_params.hpp"
-#include "common/config/world_params.hpp"
 #include "common/device/mcu_axis.hpp"
-#include "common/device/simulated_axis.hpp"
 #include "common/runtime/side_of.hpp"
 #include "slave/emulator_params.hpp"
 #include "tests/lab/simulation.hpp"
@@ -22,45 +20,45 @@ namespace {
 constexpr Nanoseconds kDelay = 100 * kMillisecond;  // of the network, each way
 constexpr Nanoseconds kSerial = 1'500'000;          // of the cable, each way: the scene's default
 
+// The orthosis, and what of its cable still works.
+struct Orthosis {
+  explicit Orthosis(const scene::Scene& scene) : on_serial(emulator_params(scene), to_seconds(kSerial)) {}
+
+  OrthosisOnSerial on_serial;
+  bool from_mcu = true, to_mcu = true, plugged = true;
+};
+
+// The station's end of it, as McuAxis takes a port.
 class FailingCable {
  public:
-  bool from_mcu = true, to_mcu = true, plugged = true;
-
-  explicit FailingCable(const scene::Scene& scene) : orthosis(emulator_params(scene), to_seconds(kSerial)) {}
+  explicit FailingCable(Orthosis& orthosis) : orthosis_(orthosis) {}
 
   std::size_t read(std::span<std::uint8_t> bytes, double t_s) noexcept {
     const Nanoseconds now = from_seconds(t_s);
-    orthosis.advance(now);
+    orthosis_.on_serial.advance(now);
     std::size_t count = 0;
-    while (count < bytes.size() && orthosis.receive(now, bytes[count])) ++count;
-    return from_mcu && plugged ? count : 0;
+    while (count < bytes.size() && orthosis_.on_serial.receive(now, bytes[count])) ++count;
+    return orthosis_.from_mcu && orthosis_.plugged ? count : 0;
   }
   bool write(std::span<const std::uint8_t> bytes, double t_s) noexcept {
-    if (to_mcu && plugged) orthosis.send(bytes.data(), bytes.size(), from_seconds(t_s));
-    return plugged;
+    if (orthosis_.to_mcu && orthosis_.plugged) orthosis_.on_serial.send(bytes.data(), bytes.size(), from_seconds(t_s));
+    return orthosis_.plugged;
   }
-  bool lost() noexcept { return !plugged; }
+  bool lost() noexcept { return !orthosis_.plugged; }
 
-  OrthosisOnSerial orthosis;
+ private:
+  Orthosis& orthosis_;
 };
 
 class Sides {
  public:
-  Sides()
-      : loaded_(
-            load_scene("sea_four_channel_cdob_sdcv", std::vector<std::string>{"slave.hand.stiffness_nm_per_rad=5"})),
-        master(master_station_params(loaded_.scene, 1), master_world_params(loaded_.scene)),
-        slave(slave_station_params(loaded_.scene, 2), loaded_.scene) {}
+  Sides() : Sides(load_scene("sea_four_channel_cdob_sdcv").scene) {}
 
   bool forward = true, backward = true;  // what is sent now will arrive
   bool slave_runs = true;
 
- private:
-  LoadedScene loaded_;
-
- public:
-  SideOf<FourChannelCdobSdcv, SimulatedAxis<MasterWorld>> master;
-  SideOf<FourChannel, McuAxis<FailingCable>> slave;
+  Orthosis orthosis;
+  std::unique_ptr<Side> master, slave;
   Nanoseconds now = -kMillisecond;  // of the tick that was last
   Nanoseconds master_heard = 0, slave_heard = 0;
 
@@ -68,19 +66,19 @@ class Sides {
     now += kMillisecond;
     for (; !to_slave_.empty() && to_slave_.front().first <= now; to_slave_.pop_front()) {
       slave_heard = to_slave_.front().first;
-      slave.receive(to_slave_.front().second, slave_heard);
+      slave->receive(to_slave_.front().second, slave_heard);
     }
     for (; !to_master_.empty() && to_master_.front().first <= now; to_master_.pop_front()) {
       master_heard = to_master_.front().first;
-      master.receive(to_master_.front().second, master_heard);
+      master->receive(to_master_.front().second, master_heard);
     }
-    const Packet<1> from_master = master.tick(now, to_seconds(now), act, 1);
+    const Packet<1> from_master = master->tick(now, to_seconds(now), act, 1);
     if (forward) to_slave_.emplace_back(now + kDelay, from_master);
     if (slave_runs) {
-      const Packet<1> from_slave = slave.tick(now, to_seconds(now), OperatorAct::kNone, 1);
+      const Packet<1> from_slave = slave->tick(now, to_seconds(now), OperatorAct::kNone, 1);
       if (backward) to_master_.emplace_back(now + kDelay, from_slave);
     } else {
-      slave.axis().port.orthosis.advance(now);
+      orthosis.on_serial.advance(now);
     }
   }
 
@@ -88,8 +86,8 @@ class Sides {
   void work() {
     while (now < 2 * kSecond) tick(now == kSecond ? OperatorAct::kEngage : OperatorAct::kNone);
     while (now < 25 * kSecond && std::abs(torque_on_hand()) < 0.5) tick();
-    ASSERT_EQ(master.trace().state, StationState::kEngaged);
-    ASSERT_EQ(slave.trace().state, StationState::kEngaged);
+    ASSERT_EQ(master->trace().state, StationState::kEngaged);
+    ASSERT_EQ(slave->trace().state, StationState::kEngaged);
     ASSERT_GE(std::abs(torque_on_hand()), 0.5);
   }
 
@@ -102,10 +100,15 @@ class Sides {
     return -1;
   }
 
-  const OrthosisEmulator& orthosis() const { return slave.axis().port.orthosis.emulator(); }
-  double torque_on_hand() const { return orthosis().world().true_f(); }
+  const OrthosisEmulator& emulator() const { return orthosis.on_serial.emulator(); }
+  double torque_on_hand() const { return emulator().world().true_f(); }
 
  private:
+  explicit Sides(const scene::Scene& scene)
+      : orthosis(scene),
+        master(make_simulated_master(scene, 1)),
+        slave(std::make_unique<SideOf<FourChannel, McuAxis<FailingCable>>>(slave_station_params(scene, 2), orthosis)) {}
+
   std::deque<std::pair<Nanoseconds, Packet<1>>> to_slave_, to_master_;
 };
 
@@ -114,23 +117,23 @@ TEST(Reaction, SilenceOfTheNetworkHoldsTheSlaveAt100MillisecondsAndATick) {
   Sides sides;
   sides.work();
   sides.forward = false;
-  const Nanoseconds held = sides.until(sides.slave, StationState::kHolding);
+  const Nanoseconds held = sides.until(*sides.slave, StationState::kHolding);
   EXPECT_EQ(held - sides.slave_heard, 101 * kMillisecond);
-  EXPECT_EQ(sides.slave.trace().reason, Reason::kPeerSilent);
+  EXPECT_EQ(sides.slave->trace().reason, Reason::kPeerSilent);
   // The way back is whole, so the master learns of it one delay later.
-  EXPECT_EQ(sides.until(sides.master, StationState::kHolding), held + kDelay);
-  EXPECT_EQ(sides.master.trace().reason, Reason::kPeerLetGo);
+  EXPECT_EQ(sides.until(*sides.master, StationState::kHolding), held + kDelay);
+  EXPECT_EQ(sides.master->trace().reason, Reason::kPeerLetGo);
 }
 
 TEST(Reaction, SilenceOfTheNetworkHoldsTheMasterAt100MillisecondsAndATick) {
   Sides sides;
   sides.work();
   sides.backward = false;
-  const Nanoseconds held = sides.until(sides.master, StationState::kHolding);
+  const Nanoseconds held = sides.until(*sides.master, StationState::kHolding);
   EXPECT_EQ(held - sides.master_heard, 101 * kMillisecond);
-  EXPECT_EQ(sides.master.trace().reason, Reason::kPeerSilent);
-  EXPECT_EQ(sides.until(sides.slave, StationState::kHolding), held + kDelay);
-  EXPECT_EQ(sides.slave.trace().reason, Reason::kPeerLetGo);
+  EXPECT_EQ(sides.master->trace().reason, Reason::kPeerSilent);
+  EXPECT_EQ(sides.until(*sides.slave, StationState::kHolding), held + kDelay);
+  EXPECT_EQ(sides.slave->trace().reason, Reason::kPeerLetGo);
 }
 
 // The last frame from before the silence arrives up to the cable's delay later.
@@ -138,22 +141,22 @@ TEST(Reaction, SilenceOfTheSerialLineLetsGoAt50MillisecondsAndATick) {
   Sides sides;
   sides.work();
   const Nanoseconds heard = sides.now;  // telemetry comes every tick
-  sides.slave.axis().port.from_mcu = false;
-  const Nanoseconds let_go = sides.until(sides.slave, StationState::kReady);
+  sides.orthosis.from_mcu = false;
+  const Nanoseconds let_go = sides.until(*sides.slave, StationState::kReady);
   EXPECT_GE(let_go - heard, 50 * kMillisecond);
   EXPECT_LE(let_go - heard, 51 * kMillisecond);
-  EXPECT_EQ(sides.slave.trace().reason, Reason::kDeviceLost);
-  EXPECT_EQ(sides.until(sides.master, StationState::kHolding), let_go + kDelay);
-  EXPECT_EQ(sides.master.trace().reason, Reason::kPeerLetGo);
+  EXPECT_EQ(sides.slave->trace().reason, Reason::kDeviceLost);
+  EXPECT_EQ(sides.until(*sides.master, StationState::kHolding), let_go + kDelay);
+  EXPECT_EQ(sides.master->trace().reason, Reason::kPeerLetGo);
 }
 
 // The MCU hears that it is to let go, and ramps down in 50 ms, although it cannot be heard.
 TEST(Reaction, AnMcuThatIsNotHeardIsToldToLetGo) {
   Sides sides;
   sides.work();
-  sides.slave.axis().port.from_mcu = false;
-  const Nanoseconds let_go = sides.until(sides.slave, StationState::kReady);
-  while (sides.orthosis().output().state != mcu::State::kSafe && sides.now < let_go + kSecond) sides.tick();
+  sides.orthosis.from_mcu = false;
+  const Nanoseconds let_go = sides.until(*sides.slave, StationState::kReady);
+  while (sides.emulator().output().state != mcu::State::kSafe && sides.now < let_go + kSecond) sides.tick();
   EXPECT_LE(sides.now - let_go, kSerial + 50 * kMillisecond + 2 * kMillisecond);
 }
 
@@ -161,19 +164,19 @@ TEST(Reaction, AnUnpluggedCableLetsGoInTheSameTick) {
   Sides sides;
   sides.work();
   const Nanoseconds pulled = sides.now;
-  sides.slave.axis().port.plugged = false;
-  EXPECT_EQ(sides.until(sides.slave, StationState::kReady), pulled + kMillisecond);
-  EXPECT_EQ(sides.slave.trace().reason, Reason::kDeviceLost);
+  sides.orthosis.plugged = false;
+  EXPECT_EQ(sides.until(*sides.slave, StationState::kReady), pulled + kMillisecond);
+  EXPECT_EQ(sides.slave->trace().reason, Reason::kDeviceLost);
 }
 
 // 20 ms without a frame and 50 ms of ramp, counted from the arrival of the last frame. What the spring then still shows
 // is the ramp's lag, gone with the spring loop's 10 ms, and the motor's lag behind a hand that springs back freely.
 void expect_torque_off_the_hand(Sides& sides, Nanoseconds last_word) {
-  const auto spring = [&] { return std::abs(sides.orthosis().world().true_spring_torque()); };
+  const auto spring = [&] { return std::abs(sides.emulator().world().true_spring_torque()); };
   const double pressed = spring();
   while (sides.now < last_word + 20 * kMillisecond) sides.tick();
   EXPECT_GE(spring(), 0.9 * pressed) << "a late frame alone is no reason";
-  while (sides.orthosis().output().state != mcu::State::kSafe && sides.now < last_word + kSecond) sides.tick();
+  while (sides.emulator().output().state != mcu::State::kSafe && sides.now < last_word + kSecond) sides.tick();
   const Nanoseconds safe = sides.now;
   std::printf("SAFE %.1f ms after the last frame was sent\n", 1e3 * to_seconds(safe - last_word));
   EXPECT_LE(safe - last_word, kSerial + 70 * kMillisecond + kMillisecond);
@@ -196,10 +199,10 @@ TEST(Reaction, AnMcuThatHearsNothingLetsGoAndTheSlaveNoticesThatItDid) {
   Sides sides;
   sides.work();
   const Nanoseconds last_word = sides.now;
-  sides.slave.axis().port.to_mcu = false;
+  sides.orthosis.to_mcu = false;
   expect_torque_off_the_hand(sides, last_word);
-  EXPECT_EQ(sides.slave.trace().state, StationState::kReady);
-  EXPECT_EQ(sides.slave.trace().reason, Reason::kDeviceLost);
+  EXPECT_EQ(sides.slave->trace().state, StationState::kReady);
+  EXPECT_EQ(sides.slave->trace().reason, Reason::kDeviceLost);
 }
 
 // The outage of the shipped scene, on both kinds of slave, judged on every tick in which a station drives its axis.

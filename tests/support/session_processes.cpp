@@ -32,9 +32,6 @@ std::vector<std::string> slave_environment(const std::vector<std::string>& more_
 
 SessionProcesses::SessionProcesses(const std::filesystem::path& directory, const SessionOptions& options)
     : directory_(directory), options_(options) {
-  ChildProcess help({path_of(Program::kNetem), "--help"});
-  help.wait();
-  netem_records_ = help.out().find("--record") != std::string::npos;
   for (const Program program : kPrograms) start(program);
 }
 
@@ -46,9 +43,8 @@ std::filesystem::path SessionProcesses::recording(Program program) const {
 
 std::vector<std::string> SessionProcesses::command(Program program) const {
   const std::string line = (directory_ / "line").string();
-  std::vector<std::string> all{path_of(program), "--scene", options_.scene};
+  std::vector<std::string> all{path_of(program), "--scene", options_.scene, "--record", recording(program).string()};
   const auto add = [&](const std::vector<std::string>& more) { all.insert(all.end(), more.begin(), more.end()); };
-  if (program != Program::kNetem || netem_records_) add({"--record", recording(program).string()});
   if (program == Program::kMcu) add({"--link", line});
   if (program == Program::kMaster) add({"--listen", master_address_, "--quiet"});
   if (program == Program::kNetem) add({"--listen", netem_address_, "--forward", master_address_});

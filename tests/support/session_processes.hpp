@@ -57,7 +57,6 @@ class SessionProcesses {
   std::filesystem::path directory_;
   SessionOptions options_;
   std::string master_address_ = "127.0.0.1:0", netem_address_ = "127.0.0.1:0";
-  bool netem_records_ = false;
   std::array<int, 4> starts_{};
   std::array<std::unique_ptr<ChildProcess>, 4> children_;
 };
