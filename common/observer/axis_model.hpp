@@ -20,11 +20,12 @@ struct AxisModel {
     return -gravity * (x + gravity_angle).sin();
   }
 
-  // T_int + F_c + D w of (Daud 2011, B.10), in the sign of a load. Coulomb friction is smoothed over +-kStandstill: a
+  // T_int + F_c + D w of (Daud 2011, B.10), in the sign of a load; weight is the gravity load here, an argument because
+  // the law needs it too and a sine is a fifth of a tick. Coulomb friction is smoothed over +-kStandstill: a
   // bare sign of a quantised velocity would feed the encoder's last count back as torque.
   template <int N>
-  Joints<N> known_load(const Joints<N>& x, const Joints<N>& v) const noexcept {
-    return gravity_load<N>(x) + viscous * v + coulomb * (v / kStandstill).tanh();
+  Joints<N> known_load(const Joints<N>& weight, const Joints<N>& v) const noexcept {
+    return weight + viscous * v + coulomb * (v / kStandstill).tanh();
   }
 
   static constexpr double kStandstill = 0.02;  // rad/s

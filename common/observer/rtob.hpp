@@ -18,14 +18,18 @@ class Rtob {
 
   // x, v: position and velocity now. tau_applied: torque held since the last step. Returns f, N m.
   const Joints<N>& step(const Joints<N>& tau_applied, const Joints<N>& x, const Joints<N>& v) noexcept {
-    return observer_.step(tau_applied - model_.known_load<N>(x, v), v);
+    weight_ = model_.gravity_load<N>(x);
+    return observer_.step(tau_applied - model_.known_load<N>(weight_, v), v);
   }
   void reset(const Joints<N>& f, const Joints<N>& v) noexcept { observer_.reset(f, v); }
   const Joints<N>& value() const noexcept { return observer_.value(); }
+  // At the position of the last step.
+  const Joints<N>& gravity_load() const noexcept { return weight_; }
 
  private:
   AxisModel model_;
   Dob<N> observer_;
+  Joints<N> weight_ = Joints<N>::Zero();
 };
 
 }  // namespace farhand
