@@ -2,6 +2,7 @@
 // therapist, or with a device behind a serial line.
 #include <poll.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "common/runtime/program.hpp"

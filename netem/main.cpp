@@ -1,6 +1,7 @@
 // farhand-netem: a bad network between two stations on this machine, as a scene describes it.
 #include <sys/prctl.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "common/runtime/program.hpp"

@@ -1,5 +1,7 @@
 // farhand-slave: the patient's box. Dials the therapist's station and drives the hand orthosis through its MCU. A lost
 // peer never ends it: it holds and awaits its peer until its duration is over.
+#include <CLI/CLI.hpp>
+
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 

@@ -5,6 +5,7 @@
 // instead of catching up, so that a busy machine does not look like a dead cable.
 #include <poll.h>
 
+#include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
 

@@ -84,7 +84,8 @@ TEST_P(Golden, EveryBuildComputesTheSameNumbers) {
     std::ofstream(std::string(directory) + "/" + GetParam() + ".csv") << excerpt(now.csv);
     GTEST_SKIP() << "golden files written";
   }
-  const std::string base = std::string(FARHAND_GOLDEN) + "/" + GetParam();
+  std::string base = FARHAND_GOLDEN;
+  base.append("/").append(GetParam());
   expect_close(now.json, read(base + ".json"), 1.0001e-5, 1e-12);
   expect_close(excerpt(now.csv), read(base + ".csv"), 0.0, 1e-9);
 }

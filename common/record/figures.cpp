@@ -8,6 +8,7 @@
 
 #include "common/link/packet.hpp"
 #include "common/record/format.hpp"
+#include "common/scene/engagement.hpp"
 
 namespace farhand {
 namespace {
@@ -36,20 +37,10 @@ std::vector<double> scaled(std::vector<double> y, double factor) {
   return y;
 }
 
+// A recording may hold any number.
 const char* state_name(int state) {
-  switch (static_cast<StationState>(state)) {
-    case StationState::kReady:
-      return "ready";
-    case StationState::kAligning:
-      return "aligning";
-    case StationState::kEngaged:
-      return "engaged";
-    case StationState::kHolding:
-      return "holding";
-    case StationState::kFault:
-      return "fault";
-  }
-  return "unknown";
+  const bool known = state >= 0 && state <= static_cast<int>(kLastState);
+  return known ? name_of(static_cast<StationState>(state)) : "unknown";
 }
 
 Lanes::Stretch state_stretch(int state, double from, double until) {

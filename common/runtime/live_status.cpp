@@ -7,24 +7,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/scene/engagement.hpp"
+
 namespace farhand {
 namespace {
-
-const char* name_of(StationState state) {
-  switch (state) {
-    case StationState::kReady:
-      return "ready";
-    case StationState::kAligning:
-      return "aligning";
-    case StationState::kEngaged:
-      return "engaged";
-    case StationState::kHolding:
-      return "holding";
-    case StationState::kFault:
-      return "FAULT";
-  }
-  return "?";
-}
 
 std::string number_or_dash(const char* format, double value) {
   if (!std::isfinite(value)) return "-";

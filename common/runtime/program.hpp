@@ -1,7 +1,6 @@
 // What every farhand program shares: how a scene is chosen, how mistakes are said, how a run ends.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -12,6 +11,10 @@
 #include "common/config/load.hpp"
 #include "common/record/recorder.hpp"
 #include "common/runtime/run_loop.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace farhand {
 

@@ -1,6 +1,7 @@
 // farhand-lab: experiments in virtual time, and what one does to scenes and recordings at a desk.
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
