@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <queue>
+#include <stdexcept>
 
 #include "common/config/operator_timeline.hpp"
 #include "common/link/codec.hpp"
 #include "common/record/sample.hpp"
 #include "netem/link_params.hpp"
+#include "netem/pending.hpp"
 #include "tests/lab/emulated_slave.hpp"
 
 namespace farhand {
@@ -35,14 +36,10 @@ struct LocalClock {
   }
 };
 
-// Datagrams on their way, in the order of their arrival.
-struct InFlight {
-  Nanoseconds due;
-  std::uint64_t order;
-  bool forward;
-  std::array<std::byte, PacketCodec<1>::kSize> bytes;
-  bool operator>(const InFlight& other) const { return std::tie(due, order) > std::tie(other.due, other.order); }
-};
+// Room for everything that a direction can hold on its way; a normal delay beyond ten deviations is not to be met.
+std::size_t room(const scene::Path& path, double tick_s) {
+  return static_cast<std::size_t>((path.delay_s() + 10.0 * path.jitter_s()) / tick_s) + 16;
+}
 
 class Run {
  public:
@@ -52,6 +49,8 @@ class Run {
         slave_(make_slave(scene_)),
         forward_(link_params(scene_.network().forward()), scene_.seed(), LinkDirection::kForward),
         backward_(link_params(scene_.network().backward()), scene_.seed(), LinkDirection::kBackward),
+        to_slave_(room(scene_.network().forward(), scene_.tick_s())),
+        to_master_(room(scene_.network().backward(), scene_.tick_s())),
         acts_(scene_) {
     slave_clock_.offset = from_seconds(scene_.network().peer_clock_offset_s());
     slave_clock_.skew = scene_.network().peer_clock_skew_ppm() * 1e-6;
@@ -111,23 +110,24 @@ class Run {
     session_.link.push_back(
         {to_seconds(t), forward, fate.lost, delay, fate.lost ? std::numeric_limits<double>::quiet_NaN() : delay});
     if (fate.lost) return;
-    InFlight datagram{t + fate.delay, sent_++, forward, {}};
-    const std::span<const std::byte> bytes = codec_.encode(packet);
-    std::copy(bytes.begin(), bytes.end(), datagram.bytes.begin());
-    in_flight_.push(datagram);
+    if (!(forward ? to_slave_ : to_master_).push(t + fate.delay, codec_.encode(packet))) {
+      throw std::logic_error("the link of the lab holds more datagrams than it has room for");
+    }
   }
 
   void deliver(Nanoseconds t) {
-    while (!in_flight_.empty() && in_flight_.top().due <= t) {
-      const InFlight datagram = in_flight_.top();
-      in_flight_.pop();
+    deliver(to_slave_, t, *slave_, slave_clock_, slave_rejected_);
+    deliver(to_master_, t, *master_, {}, master_rejected_);
+  }
+
+  void deliver(PendingDatagrams& way, Nanoseconds t, Side& to, const LocalClock& clock, std::uint64_t& rejected) {
+    while (!way.empty() && way.due() <= t) {
+      const Nanoseconds due = way.due();
       Packet<1> packet;
-      if (codec_.decode(datagram.bytes, packet) != DecodeResult::kOk) {
-        ++(datagram.forward ? slave_rejected_ : master_rejected_);
-      } else if (datagram.forward) {
-        slave_->receive(packet, slave_clock_.at(datagram.due));
+      if (codec_.decode(way.pop(), packet) != DecodeResult::kOk) {
+        ++rejected;
       } else {
-        master_->receive(packet, datagram.due);
+        to.receive(packet, clock.at(due));
       }
     }
   }
@@ -146,9 +146,9 @@ class Run {
   LinkModel forward_, backward_;
   LocalClock slave_clock_;
   PacketCodec<1> codec_;
-  std::priority_queue<InFlight, std::vector<InFlight>, std::greater<>> in_flight_;
+  PendingDatagrams to_slave_, to_master_;
   Session session_;
-  std::uint64_t sent_ = 0, master_rejected_ = 0, slave_rejected_ = 0;
+  std::uint64_t master_rejected_ = 0, slave_rejected_ = 0;
   OperatorTimeline acts_;
 };
 
