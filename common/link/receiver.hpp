@@ -63,72 +63,10 @@ class Receiver {
   Receiver(const ReceiverParams& params, std::uint32_t own_session)
       : params_(params), own_session_(own_session), clock_(params.playout_max) {}
 
-  Receipt accept(const Packet<N>& packet, Nanoseconds arrival) noexcept {
-    if (!packet.motion.finite()) return count(counters_.rejected_not_finite, Receipt::kNotFinite);
-    if (!heard_ || packet.session != session_) {
-      if (std::find(retired_.begin(), retired_.begin() + retired_count_, packet.session) !=
-          retired_.begin() + retired_count_) {
-        return count(counters_.rejected_session, Receipt::kSession);
-      }
-      begin_session(packet, arrival);
-    }
-    const Nanoseconds stamp = difference(packet.send_time_ns, stamp_0_);
-    const Nanoseconds at = difference(arrival, arrival_0_);
-    if (beyond_horizon(stamp) || beyond_horizon(at)) return count(counters_.rejected_stamp, Receipt::kStamp);
-
-    const std::int32_t ahead = distance(packet.seq, newest_seq_);
-    if (ahead <= -kSlots) return count(counters_.late, Receipt::kLate);
-    Slot& slot = ring_[packet.seq % kSlots];
-    if (seen(packet.seq)) return count(counters_.duplicate, Receipt::kDuplicate);
-    if (clock_.based() && at - stamp - clock_.fastest(at) > expiry(packet)) {
-      mark_useless(slot, packet.seq);
-      return count(counters_.rejected_expired, Receipt::kExpired);
-    }
-    const std::int32_t ahead_of_newest = distance(packet.seq, newest_.seq);
-    if (any_ && (ahead_of_newest > 0) != (stamp > newest_stamp_))
-      return count(counters_.rejected_stamp, Receipt::kStamp);
-
-    clock_.observe(stamp, at, period());
-    if (played_ && (stamp <= shown_stamp_ || distance(packet.seq, cursor_) <= 0)) {
-      mark_useless(slot, packet.seq);
-      return count(counters_.late, Receipt::kLate);
-    }
-    mark(slot, packet.seq, true);
-    slot.stamp = stamp;
-    slot.motion = packet.motion;
-    ++counters_.received;
-    if (any_ && arrival - last_arrival_ > params_.timeout)
-      clock_.restart();  // the station holds: nothing acts on a jump
-    last_arrival_ = any_ ? std::max(last_arrival_, arrival) : arrival;
-    if (any_ && ahead_of_newest < 0) return count(counters_.reordered, Receipt::kReordered);
-    any_ = true;
-    newest_ = packet;
-    newest_stamp_ = stamp;
-    newest_arrival_ = arrival;
-    measure_round_trip(packet, arrival);
-    return Receipt::kAccepted;
-  }
+  Receipt accept(const Packet<N>& packet, Nanoseconds arrival) noexcept;
 
   // Once per tick. Content time never goes backwards within a session.
-  Played<N> play(Nanoseconds now) noexcept {
-    if (!any_) return {};
-    const Nanoseconds offset = clock_.advance(difference(now, arrival_0_));
-    Nanoseconds content = difference(now, arrival_0_) - offset;
-    if (!played_) {
-      cursor_ = first_cursor_ = newest_.seq;
-      shown_stamp_ = newest_stamp_;
-      shown_ = newest_.motion;
-      played_ = true;
-    }
-    content = std::max(content, shown_stamp_);
-    const bool held = content > newest_stamp_;
-    show(content);
-    return {.any = true,
-            .held = held,
-            .motion = shown_,
-            .depth = clock_.depth(),
-            .content_time = sum(stamp_0_, shown_stamp_)};
-  }
+  Played<N> play(Nanoseconds now) noexcept;
 
   bool heard() const noexcept { return any_; }
   // The newest packet by sequence number: state and limits of the peer, its motion before play-out.
@@ -310,5 +248,73 @@ class Receiver {
   Motion<N> shown_;
   std::array<Slot, kSlots> ring_{};
 };
+
+template <int N>
+Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexcept {
+  if (!packet.motion.finite()) return count(counters_.rejected_not_finite, Receipt::kNotFinite);
+  if (!heard_ || packet.session != session_) {
+    if (std::find(retired_.begin(), retired_.begin() + retired_count_, packet.session) !=
+        retired_.begin() + retired_count_) {
+      return count(counters_.rejected_session, Receipt::kSession);
+    }
+    begin_session(packet, arrival);
+  }
+  const Nanoseconds stamp = difference(packet.send_time_ns, stamp_0_);
+  const Nanoseconds at = difference(arrival, arrival_0_);
+  if (beyond_horizon(stamp) || beyond_horizon(at)) return count(counters_.rejected_stamp, Receipt::kStamp);
+
+  const std::int32_t ahead = distance(packet.seq, newest_seq_);
+  if (ahead <= -kSlots) return count(counters_.late, Receipt::kLate);
+  Slot& slot = ring_[packet.seq % kSlots];
+  if (seen(packet.seq)) return count(counters_.duplicate, Receipt::kDuplicate);
+  if (clock_.based() && at - stamp - clock_.fastest(at) > expiry(packet)) {
+    mark_useless(slot, packet.seq);
+    return count(counters_.rejected_expired, Receipt::kExpired);
+  }
+  const std::int32_t ahead_of_newest = distance(packet.seq, newest_.seq);
+  if (any_ && (ahead_of_newest > 0) != (stamp > newest_stamp_)) return count(counters_.rejected_stamp, Receipt::kStamp);
+
+  clock_.observe(stamp, at, period());
+  if (played_ && (stamp <= shown_stamp_ || distance(packet.seq, cursor_) <= 0)) {
+    mark_useless(slot, packet.seq);
+    return count(counters_.late, Receipt::kLate);
+  }
+  mark(slot, packet.seq, true);
+  slot.stamp = stamp;
+  slot.motion = packet.motion;
+  ++counters_.received;
+  if (any_ && arrival - last_arrival_ > params_.timeout) clock_.restart();  // the station holds: nothing acts on a jump
+  last_arrival_ = any_ ? std::max(last_arrival_, arrival) : arrival;
+  if (any_ && ahead_of_newest < 0) return count(counters_.reordered, Receipt::kReordered);
+  any_ = true;
+  newest_ = packet;
+  newest_stamp_ = stamp;
+  newest_arrival_ = arrival;
+  measure_round_trip(packet, arrival);
+  return Receipt::kAccepted;
+}
+
+template <int N>
+Played<N> Receiver<N>::play(Nanoseconds now) noexcept {
+  if (!any_) return {};
+  const Nanoseconds offset = clock_.advance(difference(now, arrival_0_));
+  Nanoseconds content = difference(now, arrival_0_) - offset;
+  if (!played_) {
+    cursor_ = first_cursor_ = newest_.seq;
+    shown_stamp_ = newest_stamp_;
+    shown_ = newest_.motion;
+    played_ = true;
+  }
+  content = std::max(content, shown_stamp_);
+  const bool held = content > newest_stamp_;
+  show(content);
+  return {.any = true,
+          .held = held,
+          .motion = shown_,
+          .depth = clock_.depth(),
+          .content_time = sum(stamp_0_, shown_stamp_)};
+}
+
+extern template class Receiver<1>;  // receiver.cpp: compiled once
 
 }  // namespace farhand

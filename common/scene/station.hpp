@@ -51,37 +51,7 @@ class Station {
 
   // ticks: control periods since the last call, 1 unless some were missed.
   Output tick(Nanoseconds now, const typename Drive::Sensed& sensed, OperatorAct act = OperatorAct::kNone,
-              int ticks = 1) noexcept {
-    const bool usable = sensed.valid && sensed.finite();
-    Motion<N>& local = trace_.local;
-    if (usable) {
-      if (!was_usable_) scene_.drive.reset(sensed);
-      local = scene_.drive.observe(sensed, ticks);
-    }
-    was_usable_ = usable;
-
-    const Played<N> played = receiver_.play(now);
-    trace_.remote = played.any ? played.motion : own_motion();
-    trace_.playout_depth = played.depth;
-    trace_.rtt = receiver_.rtt().value_or(0);
-
-    decide(now, sensed, act, played.any);
-    const Motion<N> source = choose();
-    const bool elsewhere = changed_ || leapt(source, ticks);
-    if (elsewhere) blend_.begin(trace_.target, source);
-    trace_.target = blend_.step(source, elsewhere ? 0.0 : dt_s_ * ticks);
-    x_source_ = source.x;
-    trace_.compensation = scene_.compensation();
-
-    Output out;
-    out.command = usable && trace_.state != StationState::kFault
-                      ? scene_.drive.follow(local, trace_.target, driven(), ticks)
-                      : scene_.drive.safe();
-    trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
-    trace_.effort = scene_.drive.effort();
-    fill(out.packet, now);
-    return out;
-  }
+              int ticks = 1) noexcept;
 
   const TickTrace<N>& trace() const noexcept { return trace_; }
   const Receiver<N>& receiver() const noexcept { return receiver_; }
@@ -164,5 +134,47 @@ class Station {
   bool was_usable_ = false;
   bool changed_ = false;
 };
+
+template <class S>
+auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& sensed, OperatorAct act, int ticks) noexcept
+    -> Output {
+  const bool usable = sensed.valid && sensed.finite();
+  Motion<N>& local = trace_.local;
+  if (usable) {
+    if (!was_usable_) scene_.drive.reset(sensed);
+    local = scene_.drive.observe(sensed, ticks);
+  }
+  was_usable_ = usable;
+
+  const Played<N> played = receiver_.play(now);
+  trace_.remote = played.any ? played.motion : own_motion();
+  trace_.playout_depth = played.depth;
+  trace_.rtt = receiver_.rtt().value_or(0);
+
+  decide(now, sensed, act, played.any);
+  const Motion<N> source = choose();
+  const bool elsewhere = changed_ || leapt(source, ticks);
+  if (elsewhere) blend_.begin(trace_.target, source);
+  trace_.target = blend_.step(source, elsewhere ? 0.0 : dt_s_ * ticks);
+  x_source_ = source.x;
+  trace_.compensation = scene_.compensation();
+
+  Output out;
+  out.command = usable && trace_.state != StationState::kFault
+                    ? scene_.drive.follow(local, trace_.target, driven(), ticks)
+                    : scene_.drive.safe();
+  trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
+  trace_.effort = scene_.drive.effort();
+  fill(out.packet, now);
+  return out;
+}
+
+// Compiled once, in station.cpp, so that an edit of a law rebuilds little.
+extern template class Station<FourChannel<DirectDrive<1>>>;
+extern template class Station<FourChannel<ReferenceDrive<1>>>;
+extern template class Station<FourChannelCdob<DirectDrive<1>>>;
+extern template class Station<FourChannelCdob<ReferenceDrive<1>>>;
+extern template class Station<FourChannelCdobSdcv<DirectDrive<1>>>;
+extern template class Station<FourChannelCdobSdcv<ReferenceDrive<1>>>;
 
 }  // namespace farhand

@@ -1,0 +1,7 @@
+#include "common/link/receiver.hpp"
+
+namespace farhand {
+
+template class Receiver<1>;
+
+}  // namespace farhand
