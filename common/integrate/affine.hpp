@@ -111,6 +111,8 @@ concept AffinePlant = Plant<P> && requires(const P& plant, Mode mode, double t) 
   noexcept->std::same_as<Forcing<double>>;
   { plant.template guard_forms<double>(mode) }
   noexcept->std::same_as<std::array<AffineGuard<double, P::kStates>, P::kGuards>>;
+  { plant.template guard_forms<long double>(mode) }
+  noexcept->std::same_as<std::array<AffineGuard<long double, P::kStates>, P::kGuards>>;
 };
 
 }  // namespace farhand

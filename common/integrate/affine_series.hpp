@@ -111,7 +111,7 @@ class AffineSeries {
       std::array<Interval, 80> open;
       std::size_t left = 0;
       open[left++] = {0, 1};
-      while (left > 0) {
+      for (int looked = 0; left > 0 && looked < 10000; ++looked) {
         const auto [from, to] = open[--left];
         const T half = (to - from) / 2, middle = from + half;
         const Range a = first.range(middle, half);
@@ -133,7 +133,7 @@ class AffineSeries {
           if (value(to) < 0) return root(from, to);
           continue;
         }
-        if (left + 2 > open.size()) return from;
+        if (left + 2 > open.size()) break;
         open[left++] = {middle, to};
         open[left++] = {from, middle};
       }

@@ -22,7 +22,7 @@ struct ToyPlant {
   using State = std::array<double, 2>;
 
   double J = 0.004, viscous = 0.002, k = 0, arm = 0;
-  std::vector<ToyContact> contacts = {};       // at most kGuards
+  std::vector<ToyContact> contacts = {};     // at most kGuards
   std::vector<Forcing<double>> motion = {};  // by time
   double input = 0;
 
@@ -58,9 +58,8 @@ struct ToyPlant {
       if ((mode >> i & 1) != 0) {
         all[i] = {Guard::Kind::kOne, push, {}};
       } else {
-        all[i] = {Guard::Kind::kMax,
-                  {{-T(c.side), T(0)}, T(c.side) * T(c.at), 0},
-                  {{-push.c[0], -push.c[1]}, -push.d, 0}};
+        all[i] = {
+            Guard::Kind::kMax, {{-T(c.side), T(0)}, T(c.side) * T(c.at), 0}, {{-push.c[0], -push.c[1]}, -push.d, 0}};
       }
     }
     return all;
