@@ -16,7 +16,7 @@
 namespace farhand {
 namespace {
 
-static_assert(Plant<MasterWorld> && Plant<DirectSlaveWorld> && Plant<SeriesElasticWorld>);
+static_assert(SmoothPlant<MasterWorld> && SmoothPlant<DirectSlaveWorld> && SmoothPlant<SeriesElasticWorld>);
 static_assert(noexcept(std::declval<MasterWorld&>().advance(0, 0,
                                                             0)) && noexcept(std::declval<MasterWorld&>().true_f()));
 static_assert(noexcept(std::declval<DirectSlaveWorld&>().advance(0, 0, 0)));
