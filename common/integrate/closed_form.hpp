@@ -50,9 +50,10 @@ class ClosedForm {
     asked_ = 0;
     counters_ = {};
     status_ = IntegratorStatus::kOk;
-    x_ = x, t_ = base_ = t;
+    x_ = State{}, t_ = base_ = t;
     whole_ = false, pieces_ = 0;
-    if (!good(x_) || !std::isfinite(t_)) return diverge();
+    if (!good(x) || !std::isfinite(t_)) return diverge();
+    x_ = x;
     enter(plant);
   }
 
@@ -379,17 +380,23 @@ T ClosedForm<P, T>::rate_of(const P& plant) noexcept {
 
 template <AffinePlant P, class T>
 void ClosedForm<P, T>::walk(const P& plant, double t1) noexcept {
-  if (!(t1 > t_) || status_ == IntegratorStatus::kDiverged) return;
+  if (!(t1 > t_)) return;
   if (!std::isfinite(t1)) return diverge();
-  if (select(plant, static_cast<T>(t1) - static_cast<T>(t_)) && tick(plant, t1)) return;
-  base_ = t_, whole_ = false, pieces_ = 0;
-  Budget budget{max_events_, status_ == IntegratorStatus::kOk ? kMaxSeries : kMaxSeries / 1000};
-  while (t_ < t1) {
-    const double stop = std::fmin(t1, next_break_);
-    if (!walk_smoothly(plant, static_cast<T>(stop) - static_cast<T>(t_), budget)) return diverge();
-    t_ = stop;
-    if (stop == next_break_) enter(plant);
+  if (status_ != IntegratorStatus::kDiverged) {
+    if (select(plant, static_cast<T>(t1) - static_cast<T>(t_)) && tick(plant, t1)) return;
+    base_ = t_, whole_ = false, pieces_ = 0;
+    Budget budget{max_events_, status_ == IntegratorStatus::kOk ? kMaxSeries : kMaxSeries / 1000};
+    while (t_ < t1) {
+      const double stop = std::fmin(t1, next_break_);
+      if (!walk_smoothly(plant, static_cast<T>(stop) - static_cast<T>(t_), budget)) {
+        diverge();
+        break;
+      }
+      t_ = stop;
+      if (stop == next_break_) enter(plant);
+    }
   }
+  t_ = t1;  // of what has diverged, only the time goes on
 }
 
 // Through all events up to `length` after t_, between two breaks of the forcing.
