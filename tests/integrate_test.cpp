@@ -237,13 +237,22 @@ TEST(DormandPrince, NeverDiverges) {
   for (const double rate : {1e2, 1e4, 1e6}) {
     for (const double angle : {0.5, 0.75, 1.0}) {
       const auto plant = mode_of(std::polar(rate, angle * std::numbers::pi));
-      Integrator<DormandPrince, Linear<2>> integrator({.max_step = 1.0, .rtol = 1e-6, .atol = 1e-6});
+      Integrator<DormandPrince, Linear<2>> integrator({.max_step = 1e-2, .rtol = 1e-6, .atol = 1e-6});
       integrator.start(plant, 0.0, {1.0, 0.0});
-      integrator.advance(plant, 1e4 / rate);
+      integrator.advance(plant, 1e3 / rate);
       EXPECT_EQ(integrator.status(), IntegratorStatus::kOk);
+      EXPECT_EQ(integrator.counters().unmet, 0u);
       EXPECT_LE(std::hypot(integrator.state()[0], integrator.state()[1]), 1.001) << rate << " " << angle;
     }
   }
+}
+
+TEST(DormandPrince, CountsTheStepsWhoseErrorItCouldNotMeet) {
+  const auto plant = mode_of({0.0, 1e8});  // the shortest step is a millionth of the longest
+  Integrator<DormandPrince, Linear<2>> integrator({.max_step = 1e-2, .rtol = 1e-6, .atol = 1e-6});
+  integrator.start(plant, 0.0, {1.0, 0.0});
+  integrator.advance(plant, 1.00055e-6);
+  EXPECT_GE(integrator.counters().unmet, 90u);
 }
 
 // ---------------------------------------------------------------- counters, ends, choice

@@ -177,6 +177,7 @@ class Integrator {
       }
       const double factor = std::pow(error, kExponent) / std::pow(last_error_, kBeta) / 0.9;
       if (error <= 1.0 || wanted <= shortest) {
+        if (error > 1.0) ++work_.counters.unmet;
         const double proposal = std::min(settings_.max_step, h / std::clamp(factor, 0.1, 5.0));
         next_step_ = std::max(shortest, h < wanted ? std::max(wanted, proposal) : proposal);
         last_error_ = std::fmax(error, 1e-4);
