@@ -21,6 +21,25 @@ using Wide = std::conditional_t<(sizeof(T) < sizeof(long double)), long double, 
 template <class T, std::size_t S>
 using SquareMatrix = std::array<std::array<T, S>, S>;
 
+// body(0), body(1) ... body(N - 1) without a loop: at -O2 the compiler keeps a loop, and a state in memory for it, where
+// N is 2.
+template <std::size_t N, class Body>
+constexpr void unrolled(Body&& body) noexcept {
+  [&]<std::size_t... i>(std::index_sequence<i...>) {
+    (body(std::integral_constant<std::size_t, i>{}), ...);
+  }(std::make_index_sequence<N>{});
+}
+
+// Even and odd terms apart: the sum is on the way from one tick to the next.
+template <class T, std::size_t S>
+T dot(const std::array<T, S>& a, const std::array<T, S>& b) noexcept {
+  std::array<T, 2> sum{a[0] * b[0], S > 1 ? a[S > 1] * b[S > 1] : T(0)};
+  unrolled<S>([&](auto i) {
+    if constexpr (i > 1) sum[i % 2] += a[i] * b[i];
+  });
+  return sum[0] + sum[1];
+}
+
 template <class T, std::size_t S>
 std::array<T, S> times(const SquareMatrix<T, S>& A, const std::array<T, S>& x) noexcept {
   std::array<T, S> y{};

@@ -27,6 +27,11 @@ struct ToyPlant {
   double input = 0;
 
   void hold(double torque) { input = torque; }
+  double held() const noexcept { return input; }
+  template <class T>
+  std::array<T, 2> held_gain(Mode) const noexcept {
+    return {T(0), T(1) / T(J)};
+  }
   const char* not_affine() const noexcept { return nullptr; }
 
   template <class T>
