@@ -5,16 +5,15 @@
 
 namespace farhand {
 
-// The first p in [lowest, highest], on a scale of ratios, at which holds(p) fails: looked for in steps of 5 %, then
+// The first p in [lowest, highest], on a scale of ratios, at which holds(p) fails: looked for in ratios of step, then
 // halved to rounding. 0 if it fails at lowest already, highest if it never does.
 template <class Holds>
-double first_failure(const Holds& holds, double lowest, double highest) {
-  constexpr double kStep = 1.05;
+double first_failure(const Holds& holds, double lowest, double highest, double step = 1.05) {
   if (!holds(lowest)) return 0.0;
   double good = lowest, bad = lowest;
   do {
     if (good >= highest) return highest;
-    bad = std::fmin(good * kStep, highest);
+    bad = std::fmin(good * step, highest);
     if (!holds(bad)) break;
     good = bad;
   } while (true);

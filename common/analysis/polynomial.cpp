@@ -25,6 +25,12 @@ Polynomial operator*(double factor, const Polynomial& a) {
   return scaled;
 }
 
+std::complex<double> value(const Polynomial& a, std::complex<double> z) {
+  std::complex<double> sum = 0.0;
+  for (std::size_t i = a.size(); i > 0; --i) sum = sum * z + a[i - 1];
+  return sum;
+}
+
 Polynomial without_root_at_one(const Polynomial& a) {
   Polynomial quotient(a.size() - 1, 0.0);
   double carried = 0.0;

@@ -49,33 +49,66 @@ double dob_limit(double inertia_ratio) {
   return inertia_ratio > 2.0 ? 2.0 / (inertia_ratio - 2.0) : std::numeric_limits<double>::infinity();
 }
 
-double encoder_noise(const SideLoop& loop, double counts_per_rev) {
-  if (!(counts_per_rev > 0.0)) return 0.0;
-  // tau = -feedback D_P / characteristic, of an error that is white and uniform over one count.
+SideResponse::SideResponse(const SideLoop& loop)
+    : loop_(loop), a_r_(smoothing(loop.g_reac, loop.dt)), a_v_(smoothing(loop.g_v, loop.dt)) {
   const HeldAxis axis(loop.axis, loop.dt);
+  const double a = smoothing(loop.g_dis, loop.dt);
   const auto [A, feedback] = law(loop);
-  Polynomial numerator = axis.denominator() * feedback;
-  const Polynomial denominator = characteristic(loop);
-  for (int i = neutral_roots(loop); i > 0; --i) numerator = without_root_at_one(numerator);
-  numerator.resize(denominator.size(), 0.0);
+  numerator_ = axis.numerator();
+  denominator_ = axis.denominator();
+  feedback_ = feedback;
+  characteristic_ = denominator_ * A + numerator_ * feedback;
+  reference_ = loop.J_n * Polynomial{a - 1.0, 1.0} * Polynomial{a_r_ - 1.0, 1.0} * Polynomial{a_v_ - 1.0, 1.0};
+}
 
-  // Sum of the squares of the impulse response, until what is left cannot matter.
-  const std::size_t n = denominator.size() - 1;
-  std::vector<double> state(n + 1, 0.0);  // direct form II transposed
+SideResponse::Complex SideResponse::torque_to_acceleration(Complex z) const {
+  return value(reference_, z) * value(denominator_, z) / value(characteristic_, z);
+}
+
+SideResponse::Complex SideResponse::torque_to_encoder_error(Complex z) const {
+  return -value(feedback_, z) * value(denominator_, z) / value(characteristic_, z);
+}
+
+SideResponse::Sent SideResponse::sent(Complex z, Complex x_read, Complex tau) const {
+  const Complex v = a_v_ / loop_.dt * (z - 1.0) / (z - 1.0 + a_v_) * x_read;
+  const Complex f = a_r_ * (tau - (loop_.viscous * z + loop_.J_n / loop_.dt * (z - 1.0)) * v) / (z - 1.0 + a_r_);
+  return {x_read, v, f};
+}
+
+SideResponse::Sent SideResponse::to_acceleration(Complex z) const {
+  const Complex tau = torque_to_acceleration(z);
+  return sent(z, value(numerator_, z) * value(reference_, z) / value(characteristic_, z), tau);
+}
+
+SideResponse::Sent SideResponse::to_encoder_error(Complex z) const {
+  const Complex tau = torque_to_encoder_error(z);
+  return sent(z, 1.0 - value(numerator_, z) * value(feedback_, z) / value(characteristic_, z), tau);
+}
+
+namespace {
+
+// RMS of what comes out for white errors of one count.
+template <class Response>
+double noise(double counts_per_rev, const Response& response) {
+  if (!(counts_per_rev > 0.0)) return 0.0;
+  constexpr int kPoints = 2000;
   double sum = 0.0;
-  constexpr int kMost = 200'000;
-  constexpr int kQuiet = 2'000;
-  int quiet = 0;
-  for (int i = 0; i < kMost && quiet < kQuiet; ++i) {
-    const double in = i == 0 ? 1.0 : 0.0;
-    const double out = (numerator[n] * in + state[0]) / denominator[n];
-    for (std::size_t j = 0; j < n; ++j)
-      state[j] = state[j + 1] + numerator[n - 1 - j] * in - denominator[n - 1 - j] * out;
-    sum += out * out;
-    quiet = out * out <= 1e-9 * sum ? quiet + 1 : 0;
-  }
-  const double count = 2.0 * std::numbers::pi / counts_per_rev;
-  return count / std::sqrt(12.0) * std::sqrt(sum);
+  for (int i = 0; i < kPoints; ++i) sum += std::norm(response(std::polar(1.0, std::numbers::pi * (i + 0.5) / kPoints)));
+  return 2.0 * std::numbers::pi / counts_per_rev * std::sqrt(sum / kPoints / 12.0);
+}
+
+}  // namespace
+
+double encoder_noise(const SideLoop& loop, double counts_per_rev) {
+  const SideResponse own(loop);
+  return noise(counts_per_rev, [&](std::complex<double> z) { return own.torque_to_encoder_error(z); });
+}
+
+double encoder_noise(const SideLoop& loop, const SideLoop& remote, double remote_counts_per_rev) {
+  const SideResponse own(loop), other(remote);
+  return noise(remote_counts_per_rev, [&](std::complex<double> z) {
+    return own.torque_to_acceleration(z) * other.as_reference(other.to_encoder_error(z));
+  });
 }
 
 }  // namespace farhand

@@ -7,6 +7,8 @@
 // the roots of one polynomial say whether it comes to rest.
 #pragma once
 
+#include <complex>
+
 #include "common/analysis/held_axis.hpp"
 
 namespace farhand {
@@ -30,8 +32,35 @@ inline double spectral_radius(const SideLoop& loop) { return spectral_radius(cha
 // is stable at every g up to J_n/J = 2; this is the largest g_dis dt beyond, or +inf.
 double dob_limit(double inertia_ratio);
 
-// RMS of the torque, in N m, that an encoder with this many counts per revolution leaves in it while the axis moves
-// over its counts at random; the loop must be stable. 0 counts: 0.
+// How the axis answers an acceleration that the remote side adds to the law's (K_p x_remote + K_d v_remote - K_f
+// f_remote), and an error of its own encoder.
+class SideResponse {
+ public:
+  using Complex = std::complex<double>;
+  struct Sent {
+    Complex x, v, f;  // the motion that goes to the peer
+  };
+  explicit SideResponse(const SideLoop& loop);
+
+  Sent to_acceleration(Complex z) const;
+  Sent to_encoder_error(Complex z) const;
+  Complex torque_to_acceleration(Complex z) const;
+  Complex torque_to_encoder_error(Complex z) const;
+  // The acceleration that the peer's law takes from what is sent.
+  Complex as_reference(const Sent& sent) const { return loop_.K_p * sent.x + loop_.K_d * sent.v - loop_.K_f * sent.f; }
+
+ private:
+  Sent sent(Complex z, Complex x_read, Complex tau) const;
+
+  SideLoop loop_;
+  double a_r_, a_v_;
+  Polynomial numerator_, denominator_, characteristic_, feedback_, reference_;
+};
+
+// RMS of the torque, in N m, that the counts of the encoders leave in it: of its own and of the remote one, whose
+// motion is received. Errors count as white and uniform over a count, which is what an axis on the move reads. 0 counts
+// per revolution: none.
 double encoder_noise(const SideLoop& loop, double counts_per_rev);
+double encoder_noise(const SideLoop& loop, const SideLoop& remote, double remote_counts_per_rev);
 
 }  // namespace farhand
