@@ -69,12 +69,11 @@ double energy_put_in(const SampledWall& wall, double K, double theta, int sample
   double energy = 0;
   for (int n = 0; n < samples; ++n) {
     const double tau = -K * x(n) - wall.B * (x(n) - x(n - 1)) / wall.T;
-    constexpr int kFine = 16;
-    for (int i = 0; i < kFine; ++i) {
-      const double from = n + double(i) / kFine, until = n + double(i + 1) / kFine;
-      const double moved = between == Between::kStraight ? (x(n + 1) - x(n)) / kFine : x(until) - x(from);
-      const double v = moved * kFine / wall.T;
-      energy += (wall.b * v - tau) * moved;
+    const int parts = between == Between::kSine ? 16 : 1;
+    for (int i = 0; i < parts; ++i) {
+      const double moved =
+          between == Between::kSine ? x(n + (i + 1.0) / parts) - x(n + double(i) / parts) : x(n + 1) - x(n);
+      energy += (wall.b * moved * parts / wall.T - tau) * moved;
     }
   }
   return energy;

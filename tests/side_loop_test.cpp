@@ -12,12 +12,15 @@
 namespace farhand {
 namespace {
 
-// J x'' + b x' + k x = tau over one period of held torque: Taylor series over 1/1024 of it.
+// J x'' + b x' + k x = tau over one period of held torque: Taylor series over parts of it.
 class ExactAxis {
  public:
-  ExactAxis(const Axis& axis, double dt) : axis_(axis), h_(dt / kParts) {}
+  ExactAxis(const Axis& axis, double dt)
+      : axis_(axis),
+        parts_(1 + static_cast<int>(4 * dt * (std::sqrt(axis.k / axis.J) + axis.b / axis.J))),
+        h_(dt / parts_) {}
   void advance(double tau) {
-    for (int i = 0; i < kParts; ++i) {
+    for (int i = 0; i < parts_; ++i) {
       double dx = v_, dv = acceleration(x_, v_, tau), factor = h_, x = x_, v = v_;
       for (int order = 1; order <= 8; ++order) {
         x += factor * dx;
@@ -33,9 +36,9 @@ class ExactAxis {
   double x_ = 0, v_ = 0;
 
  private:
-  static constexpr int kParts = 16;
   double acceleration(double x, double v, double tau) const { return (tau - axis_.b * v - axis_.k * x) / axis_.J; }
   Axis axis_;
+  int parts_;
   double h_;
 };
 

@@ -21,7 +21,7 @@ double needed_damping(const SampledWall& wall, double K, double theta) {
 }
 
 double needed_damping(const SampledWall& wall, double K) {
-  constexpr int kGrid = 2000;
+  constexpr int kGrid = 1000;
   constexpr double kLowest = 1e-3;  // rad per sample
   double most = -std::numeric_limits<double>::infinity();
   for (int i = 0; i <= kGrid; ++i) {
@@ -48,7 +48,8 @@ double stability_limit(const SampledWall& wall) {
 
 double passivity_limit(const SampledWall& wall) {
   const auto passive = [&](double K) { return needed_damping(wall, K) < wall.b; };
-  return first_failure(passive, 1e-9 * wall.b / wall.T, 16.0 * wall.b / wall.T);
+  // What is needed is the largest of straight lines in K, so it is passed once only.
+  return first_failure(passive, 1e-9 * wall.b / wall.T, 16.0 * wall.b / wall.T, 4.0, 40);
 }
 
 double passivity_limit_closed_form(const SampledWall& wall) {

@@ -91,7 +91,7 @@ namespace {
 template <class Response>
 double noise(double counts_per_rev, const Response& response) {
   if (!(counts_per_rev > 0.0)) return 0.0;
-  constexpr int kPoints = 2000;
+  constexpr int kPoints = 128;
   double sum = 0.0;
   for (int i = 0; i < kPoints; ++i) sum += std::norm(response(std::polar(1.0, std::numbers::pi * (i + 0.5) / kPoints)));
   return 2.0 * std::numbers::pi / counts_per_rev * std::sqrt(sum / kPoints / 12.0);

@@ -26,7 +26,7 @@ std::function<SideResponse::Sent(std::complex<double> z)> direct_slave(const Sid
 std::function<SideResponse::Sent(std::complex<double> z)> orthosis_slave(const OrthosisLoop& loop, double tick_s,
                                                                          double g_v);
 
-// Growing motions of the whole; each side by itself must come to rest (spectral_radius below 1).
-int growing_motions(const Teleoperator& teleoperator);
+// Motions of the whole that grow by more than this factor per tick; each side by itself must not.
+int growing_motions(const Teleoperator& teleoperator, double factor = 1.0);
 
 }  // namespace farhand

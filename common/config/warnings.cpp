@@ -15,8 +15,12 @@
 namespace farhand {
 namespace {
 
-// Growth that can be told from rounding; an undamped motion that the analysis sees at 1 is none.
-constexpr double kGrows = 1.0 + 1e-6;
+// Bounds are looked for in these ratios and found to 0.04 %.
+constexpr double kStep = 1.5;
+constexpr int kHalvings = 10;
+
+// What takes longer than 5 s to grow by e is not seen behind friction and encoder counts.
+constexpr double kGrowth = 0.2;  // 1/s
 
 // Three digits, whatever the locale.
 std::string rounded(double number) {
@@ -41,13 +45,13 @@ std::string what_would_do(const scene::Scene& scene, const std::vector<Knob>& kn
   std::string all;
   for (const Knob& knob : knobs) {
     if (!(knob.value > 0.0)) continue;
+    scene::Scene tried = scene;
     const double most = first_failure(
         [&](double value) {
-          scene::Scene tried = scene;
           knob.set(tried, value);
           return holds(tried);
         },
-        kLeast * knob.value, knob.value);
+        kLeast * knob.value, knob.value, kStep, kHalvings);
     if (most <= 0.0) continue;
     all += (all.empty() ? "; it would be stable with " : ", or with ") + is(knob.field, knob.value) + " at most " +
            rounded(most);
@@ -77,18 +81,21 @@ class Warner {
   // Each side by itself, then both over the network.
   void loops() {
     bool sides_rest = true;
-    const auto judge = [&](const std::string& who, double radius, const std::string& where,
+    const auto judge = [&](const std::string& who, double radius, double period_s, const std::string& where,
                            const std::vector<Knob>& knobs, const std::function<double(const scene::Scene&)>& again) {
-      if (radius <= kGrows) return;
-      sides_rest = false;
-      say("the loop of the " + who + " is unstable in " + where + ": it grows by " + rounded(100.0 * (radius - 1.0)) +
-          " % per period" + what_would_do(s_, knobs, [&](const scene::Scene& tried) { return again(tried) < 1.0; }));
+      if (radius >= 1.0) sides_rest = false;
+      const double growth = std::log(radius) / period_s;
+      if (growth < kGrowth) return;
+      say("the loop of the " + who + " is unstable in " + where + ": in 1 ms it grows by " +
+          rounded(100.0 * std::expm1(1e-3 * growth)) + " %" +
+          what_would_do(s_, knobs, [&](const scene::Scene& tried) { return again(tried) < 1.0; }));
     };
     const auto radius_of_master = [](const scene::Scene& scene) { return spectral_radius(master_loop(scene)); };
-    judge("master", radius_of_master(s_), "the therapist's hand", side_knobs(true), radius_of_master);
+    judge("master", radius_of_master(s_), s_.tick_s(), "the therapist's hand", side_knobs(true), radius_of_master);
     for (const Contact& contact : contacts(s_)) {
       const auto radius = [&](const scene::Scene& scene) { return slave_radius(scene, contact); };
-      judge("slave", radius(s_), contact.name, side_knobs(false), radius);
+      judge("slave", radius(s_), is_elastic(s_) ? 1.0 / s_.slave().mcu().loop_hz() : s_.tick_s(), contact.name,
+            side_knobs(false), radius);
     }
     if (!sides_rest || !(master_loop(s_).axis.k > 0.0) || !(s_.control().k_p_per_s2() > 0.0)) return;
     for (const Contact& contact : contacts(s_)) together(contact);
@@ -97,7 +104,7 @@ class Warner {
   void together(const Contact& contact) {
     constexpr int kLongest = 20'000;  // ticks: beyond, the count takes too long for what it tells
     const Teleoperator whole = teleoperator(s_, contact);
-    if (whole.round_trip > kLongest || growing_motions(whole) == 0) return;
+    if (whole.round_trip > kLongest || growing_motions(whole, std::exp(kGrowth * s_.tick_s())) == 0) return;
     const auto stable_over = [&](double ticks) {
       Teleoperator tried = whole;
       tried.round_trip = static_cast<int>(ticks);
@@ -112,13 +119,13 @@ class Warner {
           tried.master.axis.b = bare.axis.b + arm * (1.0 / factor - 1.0);
           return spectral_radius(tried.master) < 1.0 && growing_motions(tried) == 0;
         },
-        1e-2, 1.0, 1.2);
+        1e-2, 1.0, kStep, kHalvings);
     std::string sentence = "both sides together are unstable in " + contact.name + ": architecture " +
                            scene::Architecture_Name(s_.architecture()) + " over a round trip of " +
                            rounded(whole.round_trip * s_.tick_s()) + " s, master.therapist.grip " +
                            scene::Grip_Name(s_.master().therapist().grip()) + " (" + rounded(whole.master.axis.k) +
                            " N m/rad)";
-    const double ticks = std::floor(first_failure(stable_over, 1.0, whole.round_trip, 1.2));
+    const double ticks = std::floor(first_failure(stable_over, 1.0, whole.round_trip, kStep, kHalvings));
     if (ticks >= 1.0) sentence += "; it would be stable over at most " + rounded(ticks * s_.tick_s()) + " s";
     if (held > 0.0)
       sentence += std::string(ticks >= 1.0 ? ", or" : "; it would be stable") + " in a hand of at least " +
@@ -198,26 +205,26 @@ class Warner {
 
   // Encoder noise that a hand can feel.
   void noise() {
-    constexpr double kMost = 0.05;  // N m
-    const auto judge = [&](const std::string& whose, const std::string& field, double counts, double rms) {
+    constexpr double kMost = 0.05;  // N m, at which a contact is felt
+    const auto judge = [&](const std::string& whose, const std::string& encoders, double rms) {
       if (!(rms > kMost)) return;
-      say(is(field, counts) + " leaves " + rounded(rms) + " N m RMS in the torque of the " + whose + " through " +
+      say(encoders + " leave " + rounded(rms) + " N m RMS in the torque of the " + whose + " through " +
           is("control.g_dis_rad_s", s_.control().g_dis_rad_s()) + ", " +
           is("control.g_reac_rad_s", s_.control().g_reac_rad_s()) + " and " +
-          is("control.g_v_rad_s", s_.control().g_v_rad_s()) + ": more than " + rounded(kMost) +
-          " N m, which takes at least " + rounded(counts * rms / kMost) + " counts");
+          is("control.g_v_rad_s", s_.control().g_v_rad_s()) + ", more than " + rounded(kMost) + "; " +
+          rounded(rms / kMost) + " times as many counts would do");
     };
     const SideLoop master = master_loop(s_);
     const double counts = s_.master().motor().encoder_counts_per_rev();
+    const std::string encoder = is("master.motor.encoder_counts_per_rev", counts);
     if (spectral_radius(master) >= 1.0) return;
-    judge("master", "master.motor.encoder_counts_per_rev", counts, encoder_noise(master, counts));
-    if (is_elastic(s_)) return;
+    if (is_elastic(s_)) return judge("master", encoder, encoder_noise(master, counts));
     const SideLoop slave = direct_slave_loop(s_, {});
-    const double slave_counts = s_.slave().motor().encoder_counts_per_rev();
     if (spectral_radius(slave) >= 1.0) return;
-    judge("slave", "master.motor.encoder_counts_per_rev", counts, encoder_noise(slave, master, counts));
-    judge("slave", "slave.motor.encoder_counts_per_rev", slave_counts, encoder_noise(slave, slave_counts));
-    judge("master", "slave.motor.encoder_counts_per_rev", slave_counts, encoder_noise(master, slave, slave_counts));
+    const double slave_counts = s_.slave().motor().encoder_counts_per_rev();
+    const std::string encoders = encoder + " and " + is("slave.motor.encoder_counts_per_rev", slave_counts);
+    judge("master", encoders, std::hypot(encoder_noise(master, counts), encoder_noise(master, slave, slave_counts)));
+    judge("slave", encoders, std::hypot(encoder_noise(slave, slave_counts), encoder_noise(slave, master, counts)));
   }
 
   // What the compensation takes from the force is given back only above f_2.
