@@ -265,7 +265,11 @@ bool keeps_moving(const LoadedScene& loaded) {
         if (s.t_s >= from && s.t_s <= until) low = std::min(low, s.true_v_rad_s), high = std::max(high, s.true_v_rad_s);
     return high - low;
   };
-  const double end = loaded.scene.duration_s(), late = moved(end - 2, end), before = moved(end - 10, end - 8);
+  // What explodes meets a stop, or makes a side let go, and may rest there.
+  constexpr double kFar = 0.5;  // rad/s; the ramp takes 0.02
+  const double end = loaded.scene.duration_s();
+  if (moved(4, end) > kFar || session.master.back().state != static_cast<int>(StationState::kEngaged)) return true;
+  const double late = moved(end - 2, end), before = moved(end - 10, end - 8);
   return late > 1e-7 && late > 0.5 * before;
 }
 
