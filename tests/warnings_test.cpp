@@ -7,6 +7,7 @@
 
 #include "common/config/load.hpp"
 #include "common/config/scene_loops.hpp"
+#include "common/link/packet.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
@@ -205,6 +206,12 @@ const Bound kBounds[] = {
      "operator_acts[0].at_s=20",
      "operator_acts[0].at_s=21",
      "operator_acts[0].at_s = 21 lies after the end of the run, duration_s = 20"},
+    {"engaging before the slave is heard",
+     {"architecture=FOUR_CHANNEL_CDOB", "network.forward.delay_s=0.3", "network.backward.delay_s=0.3"},
+     "operator_acts[0].at_s=0.3",
+     "operator_acts[0].at_s=0.29",
+     "operator_acts[0].at_s = 0.29 is before the slave can be heard, network.backward.delay_s = 0.3: ENGAGE is "
+     "ignored"},
     {"grip",
      {"architecture=FOUR_CHANNEL_CDOB", "network.forward.delay_s=0.1", "network.backward.delay_s=0.1", "slave.hand={}"},
      "master.therapist.grip=NORMAL",
@@ -268,7 +275,7 @@ bool keeps_moving(const LoadedScene& loaded) {
   // What explodes meets a stop, or makes a side let go, and may rest there.
   constexpr double kFar = 0.5;  // rad/s; the ramp takes 0.02
   const double end = loaded.scene.duration_s();
-  if (moved(4, end) > kFar || session.master.back().state != static_cast<int>(StationState::kEngaged)) return true;
+  if (moved(6, end) > kFar || session.master.back().state != static_cast<int>(StationState::kEngaged)) return true;
   const double late = moved(end - 2, end), before = moved(end - 10, end - 8);
   return late > 1e-7 && late > 0.5 * before;
 }
@@ -304,12 +311,12 @@ std::string drawn_scene(Draw& draw, int i) {
        << " torque_rate_limit_nm_per_s: 1e6 torque_limit_nm: "
        << "100 } motor { encoder_counts_per_rev: 0 stop_min_rad: -7 stop_max_rad: 7 } therapist { grip: CUSTOM "
        << "K_h_nm_per_rad: " << grip << " B_h_nms_per_rad: " << 0.018 * grip
-       << " intended { duration_s: 2 } intended { duration_s: 1 ramp_to_rad: 0.01 } } }\n"
+       << " intended { duration_s: 4 } intended { duration_s: 1 ramp_to_rad: 0.01 } } }\n"
        << "slave { axis { J_n_kgm2: " << draw.from(0.002, 0.012) << " torque_rate_limit_nm_per_s: 1e6 torque_limit_nm: "
        << "100 } motor { encoder_counts_per_rev: 0 stop_min_rad: -7 stop_max_rad: 7 } ";
   if (hand > 0) text << "hand { stiffness_nm_per_rad: " << hand << " }";
   const double delay = draw.from(0.002, 0.3);
-  text << " }\noperator_acts { at_s: 0.2 act: ENGAGE }\n";
+  text << " }\noperator_acts { at_s: 0.5 act: ENGAGE }\n";
   text << "network {";
   for (const char* way : {"forward", "backward"})
     text << ' ' << way << " { delay_s: " << delay << " distribution: CONSTANT }";
