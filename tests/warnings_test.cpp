@@ -7,6 +7,7 @@
 
 #include "common/config/load.hpp"
 #include "common/config/scene_loops.hpp"
+#include "common/config/schema.hpp"
 #include "common/link/packet.hpp"
 #include "tests/lab/simulation.hpp"
 
@@ -248,6 +249,41 @@ INSTANTIATE_TEST_SUITE_P(Warnings, EachBound, testing::ValuesIn(kBounds), [](con
 });
 
 TEST(Warnings, ABaseSceneHasNone) { EXPECT_EQ(said(load(kBase)), ""); }
+
+// Path and value of every number of a scene at an end of its range, or next to it where the end is not allowed.
+void at_the_ends(const google::protobuf::Descriptor& message, const std::string& prefix, Sets& sets) {
+  for (int i = 0; i < message.field_count(); ++i) {
+    const auto& field = *message.field(i);
+    if (field.is_repeated()) continue;
+    if (field.message_type() != nullptr) {
+      at_the_ends(*field.message_type(), prefix + field.name() + ".", sets);
+    } else if (field.cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_DOUBLE) {
+      const scene::FieldInfo& info = field_info(field);
+      for (const double value : {info.min(), 1e-300, 1e-12, 1e-6, info.max()})
+        if (value >= info.min() && value <= info.max()) sets.push_back(prefix + field.name() + "=" + shortest(value));
+    }
+  }
+}
+
+TEST(Warnings, EveryFieldMayStandAtItsEnd) {
+  Sets ends;
+  at_the_ends(*scene::Scene::descriptor(), "", ends);
+  ASSERT_GT(ends.size(), 200u);
+  int loaded = 0;
+  for (const char* base : {"architecture=FOUR_CHANNEL_CDOB_SDCV", "slave.device=SERIES_ELASTIC"})
+    for (const std::string& end : ends) {
+      try {
+        for (const std::string& warning :
+             load(kBase, {base, "network.forward.delay_s=0.1", "slave.wall={}", end}).warnings) {
+          EXPECT_EQ(warning.find("nan"), std::string::npos) << end << ": " << warning;
+          EXPECT_EQ(warning.find("inf"), std::string::npos) << end << ": " << warning;
+        }
+        ++loaded;
+      } catch (const ConfigError&) {  // an end that another setting forbids
+      }
+    }
+  EXPECT_GT(loaded, 300);
+}
 
 // A fixed generator and its own transform: the same scenes everywhere.
 class Draw {
