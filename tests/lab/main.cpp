@@ -13,6 +13,8 @@
 #include "common/record/report.hpp"
 #include "common/record/summary.hpp"
 #include "common/runtime/program.hpp"
+#include "tests/lab/endure_command.hpp"
+#include "tests/lab/explain_command.hpp"
 #include "tests/lab/limits_command.hpp"
 #include "tests/lab/simulation.hpp"
 #include "tests/lab/write_to.hpp"
@@ -215,7 +217,14 @@ int main(int argc, char** argv) {
   exported->add_option("--csv", csv_directory, "directory for one CSV file per topic");
   exported->add_option("--mat", mat_file, "MAT file, level 4");
 
+  EndureChoice endurance;
+  CLI::App* endured = add_endure(app, endurance);
+  ExplainChoice explanation;
+  CLI::App* explained = add_explain(app, explanation);
+
   return run_program(app, argc, argv, [&] {
+    if (explained->parsed()) return explain_scene(explanation);
+    if (endured->parsed()) return endure_scene(endurance);
     if (run->parsed()) return run_scene(choice, outputs);
     if (checked->parsed()) return check(files);
     if (limits->parsed()) return run_limits(limits_choice);
