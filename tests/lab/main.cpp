@@ -17,6 +17,7 @@
 #include "common/record/report.hpp"
 #include "common/record/summary.hpp"
 #include "common/runtime/program.hpp"
+#include "tests/lab/extreme_command.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
@@ -226,12 +227,16 @@ int main(int argc, char** argv) {
   exported->add_option("--csv", csv_directory, "directory for one CSV file per topic");
   exported->add_option("--mat", mat_file, "MAT file, level 4");
 
+  ExtremeChoice extreme_choice;
+  CLI::App* extreme = add_extreme(app, extreme_choice);
+
   return run_program(app, argc, argv, [&] {
     if (run->parsed()) return run_scene(choice, outputs);
     if (checked->parsed()) return check(files);
     if (printed->parsed()) return schema(json);
     if (made->parsed()) return make_directory(choice);
     if (reported->parsed()) return report(directory);
+    if (extreme->parsed()) return run_extreme(extreme_choice);
     return recovered->parsed() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
   });
 }
