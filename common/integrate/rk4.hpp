@@ -11,7 +11,7 @@ namespace farhand {
 
 // State is anything of fixed size with size() and [], such as std::array<double, S> or a fixed Eigen vector.
 template <class P>
-concept Plant = requires(const P& plant, double t, const typename P::State& state) {
+concept SmoothPlant = requires(const P& plant, double t, const typename P::State& state) {
   { plant.derivative(t, state) }
   noexcept->std::same_as<typename P::State>;
 };
@@ -19,7 +19,7 @@ concept Plant = requires(const P& plant, double t, const typename P::State& stat
 // A mode of rate |s| (in 1/s) anywhere in the left half plane is damped by RK4 while |s| h stays below this.
 constexpr double kRk4StableRadius = 2.6;
 
-template <Plant P>
+template <SmoothPlant P>
 typename P::State rk4_step(const P& plant, double t, const typename P::State& x, double h) noexcept {
   using State = typename P::State;
   const auto along = [&x](double length, const State& slope) noexcept {
@@ -39,7 +39,7 @@ typename P::State rk4_step(const P& plant, double t, const typename P::State& x,
 // From t0 to exactly t1 in equal steps, the fewest that are not longer than max_step > 0. Nothing happens unless t1 >
 // t0. A step may be a millionth longer than max_step: t1 - t0 is a difference of large numbers, and 20 steps must not
 // become 21 by its rounding.
-template <Plant P>
+template <SmoothPlant P>
 void rk4_advance(const P& plant, typename P::State& x, double t0, double t1, double max_step) noexcept {
   if (!(t1 > t0)) return;
   const double steps = std::fmax(1.0, std::ceil((t1 - t0) / max_step * (1.0 - 1e-6)));
