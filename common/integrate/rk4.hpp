@@ -7,6 +7,8 @@
 #include <concepts>
 #include <cstdint>
 
+#include "common/integrate/step_work.hpp"
+
 namespace farhand {
 
 // State is anything of fixed size with size() and [], such as std::array<double, S> or a fixed Eigen vector.
@@ -47,5 +49,40 @@ void rk4_advance(const P& plant, typename P::State& x, double t0, double t1, dou
   const auto count = static_cast<std::int64_t>(steps);
   for (std::int64_t i = 0; i < count; ++i) x = rk4_step(plant, t0 + static_cast<double>(i) * h, x, h);
 }
+
+struct Rk4 {
+  static constexpr int kOrder = 4;
+  static constexpr const char* kName = "RK4";
+  static constexpr Method kMethod = Method::kRk4;
+  static constexpr bool kEmbedded = false;
+
+  template <Plant P>
+  static bool step(const P& plant, Mode mode, double t, const typename P::State& x, double h, typename P::State& y,
+                   Work<P>& work) noexcept {
+    auto& k = work.k;
+    k[0] = work.start_slope(plant, mode, t, x);
+    k[1] = work.derivative(plant, mode, t + 0.5 * h, along(x, 0.5 * h, k[0]));
+    k[2] = work.derivative(plant, mode, t + 0.5 * h, along(x, 0.5 * h, k[1]));
+    k[3] = work.derivative(plant, mode, t + h, along(x, h, k[2]));
+    for (std::size_t i = 0; i < P::kStates; ++i)
+      y[i] = x[i] + h / 6.0 * (k[0][i] + 2.0 * (k[1][i] + k[2][i]) + k[3][i]);
+    return true;
+  }
+
+  // Of third order from the same four stages, so that its error is of the order of the step's own.
+  template <Plant P>
+  static DenseOutput<P::kStates> dense(const typename P::State& x, double h, const typename P::State&,
+                                       const Work<P>& work) noexcept {
+    DenseOutput<P::kStates> path;
+    path.c[0] = x;
+    for (std::size_t i = 0; i < P::kStates; ++i) {
+      const double first = work.k[0][i], middle = work.k[1][i] + work.k[2][i], last = work.k[3][i];
+      path.c[1][i] = h * first;
+      path.c[2][i] = h * (middle - 1.5 * first - 0.5 * last);
+      path.c[3][i] = h * 2.0 / 3.0 * (first - middle + last);
+    }
+    return path;
+  }
+};
 
 }  // namespace farhand
