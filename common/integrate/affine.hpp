@@ -37,6 +37,19 @@ struct Forcing {
     if (sine == 0 && cosine == 0) return r;
     return r + sine * std::sin(omega * s) + cosine * std::cos(omega * s);
   }
+  // The same function, counted from s later.
+  Forcing later(T s) const noexcept {
+    Forcing r{begin + s, polynomial, omega, 0, 0};
+    for (std::size_t from = 0; from < 5; ++from) {  // by synthetic division
+      for (std::size_t j = 5; j-- > from;) r.polynomial[j] += s * r.polynomial[j + 1];
+    }
+    if (sine != 0 || cosine != 0) {
+      const T sin_s = std::sin(omega * s), cos_s = std::cos(omega * s);
+      r.sine = sine * cos_s - cosine * sin_s;
+      r.cosine = cosine * cos_s + sine * sin_s;
+    }
+    return r;
+  }
   bool constant() const noexcept {
     for (std::size_t j = 1; j < 6; ++j) {
       if (polynomial[j] != 0) return false;
@@ -83,7 +96,8 @@ struct AffineGuard {
 };
 
 // `guard_forms` says as forms what `guards` says as values. Within a mode, A, e and the slopes of the guards (kind, c,
-// h) never change; b and d may follow the held input.
+// h) never change; b and d may follow the held input. A plant in whose guards it is never found says so with
+// `static constexpr bool kInputMovesGuards = false`, and its guards are then asked for once per mode.
 template <class P>
 concept AffinePlant = Plant<P> && requires(const P& plant, Mode mode, double t) {
   // nullptr, or in words why this plant is not piecewise affine.
@@ -91,6 +105,8 @@ concept AffinePlant = Plant<P> && requires(const P& plant, Mode mode, double t) 
   noexcept->std::same_as<const char*>;
   { plant.template flow<double>(mode) }
   noexcept->std::same_as<AffineFlow<double, P::kStates>>;
+  { plant.template flow<long double>(mode) }
+  noexcept->std::same_as<AffineFlow<long double, P::kStates>>;
   { plant.template forcing<double>(t) }
   noexcept->std::same_as<Forcing<double>>;
   { plant.template guard_forms<double>(mode) }

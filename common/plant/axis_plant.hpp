@@ -41,6 +41,7 @@ class AxisPlant {
   static constexpr std::size_t kStates = kHasBristle ? 3 : 2;  // x, v, torque of the bristle
   static constexpr std::size_t kFrictionGuard = 2 + Load::kGuards;
   static constexpr std::size_t kGuards = kFrictionGuard + (kFriction == Friction::kNone ? 0 : 1);
+  static constexpr bool kInputMovesGuards = kHasCoulomb;  // what breaks away
   using State = std::array<double, kStates>;
   using Params = AxisParams<Load>;
   using Truth = AxisTruth<Load>;

@@ -59,6 +59,7 @@ class SeriesElasticPlantWith {
   static constexpr std::size_t kStates = kHasBristle ? 5 : 4;
   static constexpr std::size_t kFrictionGuard = 5;
   static constexpr std::size_t kGuards = kHasBristle ? 6 : 5;  // stops, wall, ends of the spring, friction
+  static constexpr bool kInputMovesGuards = false;
   using State = std::array<double, kStates>;
   using Params = SeriesElasticParams;
   using Truth = SeriesElasticTruth;

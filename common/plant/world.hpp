@@ -20,7 +20,7 @@ template <class Truth>
 class WorldEngine {
  public:
   virtual ~WorldEngine() = default;
-  virtual void advance(double input, double t0_s, double t1_s) noexcept = 0;
+  virtual void advance(double input, double t1_s) noexcept = 0;
   virtual Truth truth() const noexcept = 0;
   virtual double encoder() const noexcept = 0;
   virtual double motor_encoder() const noexcept = 0;  // the joint's where there is no other
@@ -47,8 +47,9 @@ class World {
   // Throws std::invalid_argument as make_engine does.
   explicit World(const Params& params, const WorldNumerics& numerics = {}) : engine_(make_engine(params, numerics)) {}
 
-  // The input (N m of the motor, rad/s of a velocity-sourced motor) is held from t0_s to t1_s.
-  void advance(double input, double t0_s, double t1_s) noexcept { engine_->advance(input, t0_s, t1_s); }
+  // The input (N m of the motor, rad/s of a velocity-sourced motor) is held from t0_s, where the last advance ended, to
+  // t1_s.
+  void advance(double input, double /*t0_s*/, double t1_s) noexcept { engine_->advance(input, t1_s); }
 
   // At the end of the last advance, under its input.
   Truth truth() const noexcept { return engine_->truth(); }
