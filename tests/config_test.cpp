@@ -246,6 +246,19 @@ TEST(Load, ChecksWhatMustFitTogether) {
             "FILE:4:17: operator_acts[1].at_s = 1 lies before the act above it, at_s = 2");
 }
 
+TEST(Load, RefusesWhatCannotBe) {
+  EXPECT_EQ(complaint(kBase + "slave { motor { stop_min_rad: 0.1 } }"),
+            "FILE:3:17: slave.motor.stop_min_rad = 0.1 must be at most 0: a device starts at 0 rad");
+  EXPECT_EQ(complaint(kBase + "master { motor { stop_max_rad: -0.1 } }"),
+            "FILE:3:18: master.motor.stop_max_rad = -0.1 must be at least 0: a device starts at 0 rad");
+  EXPECT_EQ(complaint(kBase + "slave { motor { stop_min_rad: 0 } }"), "");
+  EXPECT_EQ(complaint(kBase + "slave { series_elastic { stop_min_rad: 0.1 } }"), "") << "not the device of this scene";
+  EXPECT_EQ(complaint(kBase + "tick_s: 0.0008\nslave { device: SERIES_ELASTIC }"),
+            "FILE:3:1: tick_s = 8e-4 is shorter than a frame on the serial line of a SERIES_ELASTIC slave takes: give "
+            "at least 0.00087 s");
+  EXPECT_EQ(complaint(kBase + "tick_s: 0.0008\nslave { device: DIRECT_DRIVE }"), "");
+}
+
 TEST(Set, OverridesAndMends) {
   const scene::Scene scene = load_text(
       "duration_s: -1\noperator_acts { at_s: 1 act: ENGAGE }\nslave { hand { rest_rad: 0.1 } }",
@@ -314,9 +327,9 @@ TEST(CompleteText, KeepsEveryBitOfANumber) {
   std::mt19937_64 random(5);
   for (int i = 0; i < 2000; ++i) {
     const double value = std::ldexp(static_cast<double>(random()), -50);  // up to 2^14
-    scene.mutable_control()->set_k_d_per_s(value / 2);
+    scene.mutable_network()->set_peer_clock_offset_s(value / 2);
     const std::string text = complete_text(scene);
-    EXPECT_EQ(load_text(text).control().k_d_per_s(), value / 2);
+    EXPECT_EQ(load_text(text).network().peer_clock_offset_s(), value / 2);
   }
   scene.mutable_control()->set_k_d_per_s(0.1);
   EXPECT_NE(complete_text(scene).find("K_d_per_s: 0.1\n"), std::string::npos);

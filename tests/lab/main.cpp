@@ -106,7 +106,11 @@ int check(const std::vector<std::string>& files) {
   int code = kExitOk;
   for (const std::string& file : files) {
     try {
-      std::cout << load_scene(file).path << ": ok\n";
+      const LoadedScene loaded = load_scene(file);
+      for (const std::string& warning : loaded.warnings) std::cerr << loaded.path << ": warning: " << warning << '\n';
+      std::cout << loaded.path << ": ok"
+                << (loaded.warnings.empty() ? "" : ", " + std::to_string(loaded.warnings.size()) + " to think about")
+                << '\n';
     } catch (const ConfigError& error) {
       std::cerr << error.what() << '\n';
       code = kExitUsage;
