@@ -65,7 +65,7 @@ void add_cutoffs(Cases& cases) {
 void add_gains(Cases& cases) {
   const std::string family = "gains at and over 1/J_n";
   for (const double times : {0.1, 0.5, 1.0, 1.5, 2.0, 4.0, 10.0}) {
-    LoopPlan stiff{.K_f = times * 250, .world_step = 5e-6, .meter_s = 25e-6};
+    LoopPlan stiff{.K_f = times * 250, .meter_s = 25e-6};
     stiff.slave.stiffness = 1000, stiff.slave.damping = 0.4;
     cases.push_back(
         loop_case(family, "K_f " + shortest(times) + "/J_n on a spring of 1000 N m/rad", accurate(1e-9), stiff));

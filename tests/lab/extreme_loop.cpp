@@ -5,8 +5,7 @@
 #include <deque>
 
 #include "common/config/schema.hpp"
-#include "common/plant/direct_slave_world.hpp"
-#include "common/plant/master_world.hpp"
+#include "common/plant/world.hpp"
 #include "common/scene/four_channel.hpp"
 #include "tests/lab/extreme_probe.hpp"
 
@@ -155,22 +154,20 @@ MotorAxis::Params motor_params(const LoopSide& s) {
           .stop_max = 1e6};
 }
 
-MasterWorld::Params master_params(const LoopPlan& p) {
+MasterPlant::Params master_params(const LoopPlan& p) {
   return {.motor = motor_params(p.master),
-          .therapist = {.K_h = p.master.stiffness, .B_h = p.master.damping, .J_h = p.master.inertia, .intended = {}},
-          .start = p.master.rest,
-          .step = p.world_step};
+          .load = {.K_h = p.master.stiffness, .B_h = p.master.damping, .J_h = p.master.inertia, .intended = {}},
+          .start = p.master.rest};
 }
-DirectSlaveWorld::Params slave_params(const LoopPlan& p) {
+DirectSlavePlant::Params slave_params(const LoopPlan& p) {
   return {.motor = motor_params(p.slave),
-          .environment = {.hand = Hand::Params{.stiffness = p.slave.stiffness,
-                                               .damping = p.slave.damping,
-                                               .rest = p.slave.rest,
-                                               .from = -1e9,
-                                               .until = 1e18},
-                          .wall = std::nullopt},
-          .start = p.slave.start,
-          .step = p.world_step};
+          .load = {.hand = Hand::Params{.stiffness = p.slave.stiffness,
+                                        .damping = p.slave.damping,
+                                        .rest = p.slave.rest,
+                                        .from = -1e9,
+                                        .until = 1e18},
+                   .wall = std::nullopt},
+          .start = p.slave.start};
 }
 
 }  // namespace
@@ -201,6 +198,8 @@ Outcome run_loop(const LoopPlan& plan) {
   EnergyMeter energy[2];
   MasterWorld master_world(master_params(plan));
   DirectSlaveWorld slave_world(slave_params(plan));
+  MasterPlant master_plant(master_params(plan));
+  DirectSlavePlant slave_plant(slave_params(plan));
   FourChannel<DirectDrive<1>> master(scene_params(plan, plan.master)), slave(scene_params(plan, plan.slave));
   ExactLoop exact(plan);
   const auto still = [](double x) {
@@ -211,7 +210,8 @@ Outcome run_loop(const LoopPlan& plan) {
   std::deque<Motion<1>> to_slave(ExactLoop::length(plan), still(plan.master.start)),
       to_master(ExactLoop::length(plan), still(plan.slave.start));
   const auto sensed = [&](const auto& world) {
-    watch.see(Block::kIntegrator, world.state());
+    watch.see(Block::kIntegrator, world.true_x());
+    watch.see(Block::kIntegrator, world.true_v());
     DirectDrive<1>::Sensed s;
     s.x[0] = world.encoder();
     watch.see(Block::kEncoder, s.x);
@@ -232,8 +232,8 @@ Outcome run_loop(const LoopPlan& plan) {
     const Motion<1> m = master.drive.observe(sensed(master_world), 1), s = slave.drive.observe(sensed(slave_world), 1);
     to_slave.push_back(m);
     to_master.push_back(s);
-    energy[0].advance(master_world, follow(master, m, to_master.front()), t0, t1, pieces);
-    energy[1].advance(slave_world, follow(slave, s, to_slave.front()), t0, t1, pieces);
+    energy[0].advance(master_world, master_plant, follow(master, m, to_master.front()), t0, t1, pieces);
+    energy[1].advance(slave_world, slave_plant, follow(slave, s, to_slave.front()), t0, t1, pieces);
     to_slave.pop_front();
     to_master.pop_front();
     exact.period();

@@ -26,7 +26,6 @@ struct LoopPlan {
   double dt = 1e-3;
   int delay_ticks = 1;
   std::uint64_t ticks = 3000;
-  double world_step = 50e-6;
   double meter_s = 250e-6;  // pieces of the energy balance
 };
 

@@ -40,24 +40,31 @@ class Watch {
 // d(stored)/dt = supplied - dissipated, integrated by Simpson's rule over pieces of each tick.
 class EnergyMeter {
  public:
-  // world: stored_energy(t, state), power(t, state), state(), advance(input, t0, t1). pieces: even.
-  template <class World>
-  void advance(World& world, double input, double t0, double t1, int pieces) noexcept {
-    world.advance(input, t0, t0);  // hands over the input, moves nothing
+  // plant: one of the world's own, without states beyond x and v; it takes the same input. pieces: even.
+  template <class World, class P>
+  void advance(World& world, P& plant, double input, double t0, double t1, int pieces) noexcept {
+    plant.hold(input);
+    const auto state = [&] {
+      const auto truth = world.truth();
+      return typename P::State{truth.x, truth.v};
+    };
     if (!begun_) {
       begun_ = true;
-      first_ = world.stored_energy(t0, world.state());
+      first_ = plant.stored_energy(t0, state());
     }
     const double h = (t1 - t0) / pieces;
     for (int k = 0; k <= pieces; ++k) {
       const double t = k == pieces ? t1 : t0 + k * h;
       if (k > 0) world.advance(input, t0 + (k - 1) * h, t);
       const double weight = h / 3 * (k == 0 || k == pieces ? 1 : (k % 2 == 1 ? 4 : 2));
-      add(weight, world.power(t, world.state()));
+      const auto s = state();
+      add(weight, plant.power(plant.mode_at(t, s), t, s));
     }
-    stored_ = world.stored_energy(t1, world.state());
-    most_ = std::fmax(most_, std::fabs(stored_));
-    worst_ = std::fmax(worst_, std::fabs(stored_ - first_ - balance_));
+    close(plant.stored_energy(t1, state()));
+  }
+  void close(double stored) noexcept {
+    most_ = std::fmax(most_, std::fabs(stored));
+    worst_ = std::fmax(worst_, std::fabs(stored - first_ - balance_));
   }
   template <class Power>
   void add(double weight, const Power& power) noexcept {
@@ -68,7 +75,7 @@ class EnergyMeter {
 
  private:
   bool begun_ = false;
-  double first_ = 0, stored_ = 0, balance_ = 0, turned_over_ = 0, most_ = 0, worst_ = 0;
+  double first_ = 0, balance_ = 0, turned_over_ = 0, most_ = 0, worst_ = 0;
 };
 
 }  // namespace farhand::extreme

@@ -7,7 +7,6 @@
 #include "common/config/world_params.hpp"
 #include "common/device/truth.hpp"
 #include "common/runtime/side_of.hpp"
-#include "netem/link_params.hpp"
 #include "netem/pending.hpp"
 #include "tests/lab/emulated_slave.hpp"
 
@@ -32,22 +31,25 @@ operator_acts { at_s: 0.2 act: ENGAGE }
 using Reading = std::function<double(double, double)>;
 
 // SimulatedAxis with a watch on it.
-template <class World>
+template <class P>
 class WatchedAxis {
  public:
   using Drive = DirectDrive<1>;
 
-  WatchedAxis(const typename World::Params& params, Watch& watch, EnergyMeter& meter, const Reading& reading,
-              int pieces)
-      : world_(params), watch_(watch), meter_(meter), reading_(reading), pieces_(pieces) {}
+  WatchedAxis(const typename P::Params& params, const WorldNumerics& numerics, Watch& watch, EnergyMeter& meter,
+              const Reading& reading, int pieces)
+      : world_(params, numerics), plant_(params), watch_(watch), meter_(meter), reading_(reading), pieces_(pieces) {}
 
   Drive::Sensed read(double t_s) noexcept {
     if (t_s > t_s_) {
-      meter_.advance(world_, torque_, t_s_, t_s, pieces_);
+      meter_.advance(world_, plant_, torque_, t_s_, t_s, pieces_);
       t_s_ = t_s;
     }
-    watch_.see(Block::kIntegrator, world_.state());
+    watch_.see(Block::kIntegrator, world_.true_x());
+    watch_.see(Block::kIntegrator, world_.true_v());
+    if (world_.status() == IntegratorStatus::kDiverged) watch_.bad(Block::kIntegrator);
     Drive::Sensed sensed;
+    sensed.valid = world_.status() != IntegratorStatus::kDiverged;
     sensed.x[0] = reading_ ? reading_(t_s, world_.encoder()) : world_.encoder();
     watch_.see(Block::kEncoder, sensed.x);
     return sensed;
@@ -59,7 +61,8 @@ class WatchedAxis {
   Truth truth() const noexcept { return {world_.true_x(), world_.true_v(), world_.true_f()}; }
 
  private:
-  World world_;
+  World<P> world_;
+  P plant_;
   Watch& watch_;
   EnergyMeter& meter_;
   const Reading& reading_;
@@ -89,8 +92,9 @@ class Run {
       slave_ = make_emulated_slave(scene, 2);
       metered_slave_ = false;
     } else {
-      slave_ = std::make_unique<SideOf<FourChannel, WatchedAxis<DirectSlaveWorld>>>(
-          slave_station_params(scene, 2), slave_params, watch_, slave_meter_, plan_.slave_encoder, pieces);
+      slave_ = std::make_unique<SideOf<FourChannel, WatchedAxis<DirectSlavePlant>>>(
+          slave_station_params(scene, 2), slave_params, world_numerics(scene), watch_, slave_meter_,
+          plan_.slave_encoder, pieces);
     }
   }
 
@@ -133,11 +137,11 @@ class Run {
     return 3 * static_cast<std::size_t>((path.delay_s() + 10 * path.jitter_s() + 1) / tick_s) + 64;
   }
 
-  std::unique_ptr<Side> make_master(const scene::Scene& scene, const MasterWorld::Params& world, int pieces) {
+  std::unique_ptr<Side> make_master(const scene::Scene& scene, const MasterPlant::Params& world, int pieces) {
     const StationParams params = master_station_params(scene, 1);
     const auto make = [&]<template <class> class Scene>() -> std::unique_ptr<Side> {
-      return std::make_unique<SideOf<Scene, WatchedAxis<MasterWorld>>>(params, world, watch_, master_meter_,
-                                                                       plan_.master_encoder, pieces);
+      return std::make_unique<SideOf<Scene, WatchedAxis<MasterPlant>>>(params, world, world_numerics(scene), watch_,
+                                                                       master_meter_, plan_.master_encoder, pieces);
     };
     if (scene.architecture() == scene::FOUR_CHANNEL_CDOB) return make.template operator()<FourChannelCdob>();
     if (scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV) return make.template operator()<FourChannelCdobSdcv>();

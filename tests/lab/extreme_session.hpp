@@ -11,6 +11,7 @@
 #include "common/link/codec.hpp"
 #include "common/link/receiver.hpp"
 #include "common/scene/engagement.hpp"
+#include "netem/link_params.hpp"
 #include "tests/lab/extreme_probe.hpp"
 
 namespace farhand::extreme {
