@@ -97,7 +97,8 @@ struct AffineGuard {
 
 // `guard_forms` says as forms what `guards` says as values. Within a mode, A, e and the slopes of the guards (kind, c,
 // h) never change; b and d may follow the held input. A plant in whose guards it is never found says so with
-// `static constexpr bool kInputMovesGuards = false`, and its guards are then asked for once per mode.
+// `static constexpr bool kInputMovesGuards = false`, and its guards are then asked for once per mode. One that has
+// `held()`, the input, and `held_gain<T>(mode)`, by which b follows it, is asked for its flow once per mode, too.
 template <class P>
 concept AffinePlant = Plant<P> && requires(const P& plant, Mode mode, double t) {
   // nullptr, or in words why this plant is not piecewise affine.
@@ -111,6 +112,8 @@ concept AffinePlant = Plant<P> && requires(const P& plant, Mode mode, double t) 
   noexcept->std::same_as<Forcing<double>>;
   { plant.template guard_forms<double>(mode) }
   noexcept->std::same_as<std::array<AffineGuard<double, P::kStates>, P::kGuards>>;
+  { plant.template guard_forms<long double>(mode) }
+  noexcept->std::same_as<std::array<AffineGuard<long double, P::kStates>, P::kGuards>>;
 };
 
 }  // namespace farhand

@@ -58,6 +58,7 @@ class AxisPlant {
   }
 
   void hold(double torque) noexcept { torque_ = torque; }
+  double held() const noexcept { return torque_; }
   State start() const noexcept {
     State s{};
     s[0] = start_;
@@ -123,10 +124,10 @@ class AxisPlant {
       const bool stuck = sticks(mode);
       s[1] = 0.0;
       const double torque = free_torque(mode, t, s[0], 0.0);
-      if (!stuck && std::fabs(torque) <= coulomb_) return (mode & ~kBackward) | kSticking;
-      return (mode & ~(kBackward | kSticking)) | (torque < 0 ? kBackward : 0u);
+      if (!stuck && std::fabs(torque) <= coulomb_) return (mode & ~kSlidesBack) | kSticking;
+      return (mode & ~(kSlidesBack | kSticking)) | (torque < 0 ? kSlidesBack : 0u);
     }
-    return mode ^ kBackward;
+    return mode ^ kSlidesBack;
   }
   double next_break(double t) const noexcept { return load_.next_break(t); }
 
@@ -146,6 +147,10 @@ class AxisPlant {
     flow.b[1] = (torque.d - (kHasCoulomb ? T(direction(mode)) * T(coulomb_) : T(0))) / J;
     flow.e[1] = T(1) / J;
     return flow;
+  }
+  template <class T>
+  std::array<T, kStates> held_gain(Mode mode) const noexcept requires(!kHasBristle) {
+    return {T(0), sticks(mode) ? T(0) : T(1) / (T(axis_.J()) + T(load_.inertia()))};
   }
   template <class T>
   Forcing<T> forcing(double t) const noexcept requires(!kHasBristle) {
@@ -220,14 +225,14 @@ class AxisPlant {
   Mode mode_at(double t, const State& s, double a) const noexcept {
     Mode mode = axis_.mode_at(s[0], s[1], a) | load_.mode_at(t, s[0], s[1], a);
     if constexpr (kHasBristle) {
-      if (s[1] < 0) mode |= kBackward;
+      if (s[1] < 0) mode |= kSlidesBack;
     }
     if constexpr (kHasCoulomb) {
       const double torque = s[1] == 0 ? free_torque(mode, t, s[0], 0.0) : s[1];
       if (s[1] == 0 && std::fabs(torque) <= coulomb_) {
         mode |= kSticking;
       } else if (torque < 0) {
-        mode |= kBackward;
+        mode |= kSlidesBack;
       }
     }
     return mode;

@@ -80,6 +80,7 @@ class SeriesElasticPlantWith {
   void hold(double v_command) noexcept {
     v_allowed_ = std::clamp(v_command, -p_.motor_speed_limit, p_.motor_speed_limit);
   }
+  double held() const noexcept { return v_allowed_; }
   State start() const noexcept {
     State s{};
     s[kX] = s[kXMotor] = start_;
@@ -138,7 +139,7 @@ class SeriesElasticPlantWith {
     if (guard < 2) return mode ^ Stops<>::bit(guard);
     if (guard == 2) return mode ^ kAtWall;
     if (guard < kFrictionGuard) return mode ^ Ends::bit(guard - 3);
-    return mode ^ kBackward;
+    return mode ^ kSlidesBack;
   }
   double next_break(double t) const noexcept { return environment_.next_break(t); }
 
@@ -155,6 +156,10 @@ class SeriesElasticPlantWith {
     flow.b[kV] = torque.d / T(p_.J);
     flow.b[kVMotor] = T(drive_rate_) * T(v_allowed_);
     return flow;
+  }
+  template <class T>
+  std::array<T, kStates> held_gain(Mode /*mode*/) const noexcept requires(!kHasBristle) {
+    return {T(0), T(0), T(0), T(drive_rate_)};
   }
   template <class T>
   Forcing<T> forcing(double t) const noexcept requires(!kHasBristle) {
@@ -234,7 +239,7 @@ class SeriesElasticPlantWith {
     Mode mode = stops_.mode_at(s[kX], s[kV], a) | environment_.mode_at(t, s[kX], s[kV], a);
     if (has_ends()) mode |= ends_.mode_at(s[kXMotor] - s[kX], s[kVMotor] - s[kV], a_motor - a);
     if constexpr (kHasBristle) {
-      if (s[kV] < 0) mode |= kBackward;
+      if (s[kV] < 0) mode |= kSlidesBack;
     }
     return mode;
   }
