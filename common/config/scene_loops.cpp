@@ -28,7 +28,7 @@ SideLoop side_loop(const scene::Scene& scene, const scene::Axis& believed, const
 // Furthest from rest that the therapist means to be while the contact is there.
 double reach(const scene::Scene& scene, const Contact& contact) {
   constexpr double kEvery = 0.01;  // s
-  const IntendedMotion motion(master_world_params(scene).therapist.intended, 0.0);
+  const IntendedMotion motion(master_world_params(scene).load.intended, 0.0);
   double furthest = 0.0;
   const double until = std::min({contact.until_s, scene.duration_s(), motion.end() + kEvery});
   const auto look = [&](double t) {
@@ -71,7 +71,7 @@ std::vector<Contact> contacts(const scene::Scene& scene) {
 SideLoop master_loop(const scene::Scene& scene) {
   const MasterWorld::Params p = master_world_params(scene);
   return side_loop(scene, scene.master().axis(),
-                   {p.motor.J + p.therapist.J_h, p.motor.viscous + p.therapist.B_h, p.therapist.K_h});
+                   {p.motor.J + p.load.J_h, p.motor.viscous + p.load.B_h, p.load.K_h});
 }
 
 SideLoop direct_slave_loop(const scene::Scene& scene, const Contact& contact) {
@@ -114,7 +114,7 @@ double needed_playout_s(const scene::Path& path) {
 
 std::optional<SteadyContact> steady_contact(const scene::Scene& scene, const Contact& contact) {
   if (!(contact.k > 0.0)) return {};
-  return SteadyContact{.K_h = master_world_params(scene).therapist.K_h,
+  return SteadyContact{.K_h = master_world_params(scene).load.K_h,
                        .reach = reach(scene, contact),
                        .k = contact.k,
                        .K_p = scene.control().k_p_per_s2(),

@@ -124,7 +124,7 @@ class Warner {
         [&](double factor) {  // a firmer grip is a smaller 1/factor
           Teleoperator tried = whole;
           const SideLoop bare = whole.master;
-          const double arm = master_world_params(s_).therapist.B_h;
+          const double arm = master_world_params(s_).load.B_h;
           tried.master.axis.k = bare.axis.k / factor;
           tried.master.axis.b = bare.axis.b + arm * (1.0 / factor - 1.0);
           return spectral_radius(tried.master) < 1.0 && growing_motions(tried) == 0;
@@ -251,7 +251,7 @@ class Warner {
 
   // Intended motion against ranges, stops, speeds and torques.
   void reach() {
-    const auto intended = master_world_params(s_).therapist.intended;
+    const auto intended = master_world_params(s_).load.intended;
     const IntendedMotion motion(intended, 0.0);
     double low = 0, high = 0, fastest = 0;
     for (double t = 0; t <= std::min(motion.end(), s_.duration_s()); t += 0.005) {

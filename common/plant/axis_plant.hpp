@@ -124,10 +124,10 @@ class AxisPlant {
       const bool stuck = sticks(mode);
       s[1] = 0.0;
       const double torque = free_torque(mode, t, s[0], 0.0);
-      if (!stuck && std::fabs(torque) <= coulomb_) return (mode & ~kBackward) | kSticking;
-      return (mode & ~(kBackward | kSticking)) | (torque < 0 ? kBackward : 0u);
+      if (!stuck && std::fabs(torque) <= coulomb_) return (mode & ~kSlidesBack) | kSticking;
+      return (mode & ~(kSlidesBack | kSticking)) | (torque < 0 ? kSlidesBack : 0u);
     }
-    return mode ^ kBackward;
+    return mode ^ kSlidesBack;
   }
   double next_break(double t) const noexcept { return load_.next_break(t); }
 
@@ -225,14 +225,14 @@ class AxisPlant {
   Mode mode_at(double t, const State& s, double a) const noexcept {
     Mode mode = axis_.mode_at(s[0], s[1], a) | load_.mode_at(t, s[0], s[1], a);
     if constexpr (kHasBristle) {
-      if (s[1] < 0) mode |= kBackward;
+      if (s[1] < 0) mode |= kSlidesBack;
     }
     if constexpr (kHasCoulomb) {
       const double torque = s[1] == 0 ? free_torque(mode, t, s[0], 0.0) : s[1];
       if (s[1] == 0 && std::fabs(torque) <= coulomb_) {
         mode |= kSticking;
       } else if (torque < 0) {
-        mode |= kBackward;
+        mode |= kSlidesBack;
       }
     }
     return mode;

@@ -139,7 +139,7 @@ class SeriesElasticPlantWith {
     if (guard < 2) return mode ^ Stops<>::bit(guard);
     if (guard == 2) return mode ^ kAtWall;
     if (guard < kFrictionGuard) return mode ^ Ends::bit(guard - 3);
-    return mode ^ kBackward;
+    return mode ^ kSlidesBack;
   }
   double next_break(double t) const noexcept { return environment_.next_break(t); }
 
@@ -239,7 +239,7 @@ class SeriesElasticPlantWith {
     Mode mode = stops_.mode_at(s[kX], s[kV], a) | environment_.mode_at(t, s[kX], s[kV], a);
     if (has_ends()) mode |= ends_.mode_at(s[kXMotor] - s[kX], s[kVMotor] - s[kV], a_motor - a);
     if constexpr (kHasBristle) {
-      if (s[kV] < 0) mode |= kBackward;
+      if (s[kV] < 0) mode |= kSlidesBack;
     }
     return mode;
   }

@@ -16,6 +16,7 @@
 #include "tests/lab/endure_command.hpp"
 #include "tests/lab/explain_command.hpp"
 #include "tests/lab/limits_command.hpp"
+#include "tests/lab/extreme_command.hpp"
 #include "tests/lab/simulation.hpp"
 #include "tests/lab/write_to.hpp"
 
@@ -221,6 +222,8 @@ int main(int argc, char** argv) {
   CLI::App* endured = add_endure(app, endurance);
   ExplainChoice explanation;
   CLI::App* explained = add_explain(app, explanation);
+  ExtremeChoice extreme_choice;
+  CLI::App* extreme = add_extreme(app, extreme_choice);
 
   return run_program(app, argc, argv, [&] {
     if (explained->parsed()) return explain_scene(explanation);
@@ -231,6 +234,7 @@ int main(int argc, char** argv) {
     if (printed->parsed()) return schema(json);
     if (made->parsed()) return make_directory(choice);
     if (reported->parsed()) return report(directory);
+    if (extreme->parsed()) return run_extreme(extreme_choice);
     return recovered->parsed() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
   });
 }
