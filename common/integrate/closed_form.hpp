@@ -112,7 +112,7 @@ class ClosedForm {
     Response response{};
     Guards guards{};
     std::array<std::array<Bound, 2>, kGuards> bounds{};
-    bool simple = false;  // no guard follows input or forcing, and each stays up if its first form does
+    bool simple = false;  // no guard follows input or forcing directly, and each stays up if its first form does
   };
   // What at() needs: a smooth piece of the last advance. The forcing counts from its start.
   struct Piece {
@@ -175,11 +175,11 @@ class ClosedForm {
   static Push push(const Response& response, const Forcing<T>& r) noexcept {
     Push out;
     T power = 1;
-    for (std::size_t j = 1; j <= 5; ++j) {
+    unrolled<5>([&](auto j) {
       power *= response.length;
-      out.swing += std::fabs(r.polynomial[j]) * power;
-      for (std::size_t i = 0; i < kStates; ++i) out.state[i] += response.power[j - 1][i] * r.polynomial[j];
-    }
+      out.swing += std::fabs(r.polynomial[j + 1]) * power;
+      unrolled<kStates>([&](auto i) { out.state[i] += response.power[j][i] * r.polynomial[j + 1]; });
+    });
     if (r.sine != 0 || r.cosine != 0) {
       out.swing += std::fabs(r.omega) * response.length * (std::fabs(r.sine) + std::fabs(r.cosine));
       for (std::size_t i = 0; i < kStates; ++i)
@@ -242,7 +242,7 @@ class ClosedForm {
     if (!unforced_) return cross_forced<kLenient>(block, guards, b, since, late);
     const T r = forcing_.polynomial[0];
     const State z = slope(block.A, b, block.e, r, x_);
-    if (!clear_at_once(block, x_, z) && !clear<kLenient>(block, guards, x_, z, r, T(0))) return false;
+    if (!clear_at_once(block, x_, z, T(0)) && !clear<kLenient>(block, guards, x_, z, r, T(0))) return false;
     return move(sum(x_, change(block.response, z, late)));
   }
   template <bool kLenient>
@@ -252,17 +252,19 @@ class ClosedForm {
     const T r = forcing.polynomial[0] + forcing.cosine;
     const State z = slope(block.A, b, block.e, r, x_);
     const Push pushed = push(block.response, forcing);
-    if (!clear<kLenient>(block, guards, x_, z, r, pushed.swing)) return false;
+    if (!clear_at_once(block, x_, z, pushed.swing) && !clear<kLenient>(block, guards, x_, z, r, pushed.swing))
+      return false;
     return move(sum(x_, sum(change(block.response, z, late), pushed.state)));
   }
   // The usual case: all guards are far, and their first forms tell.
-  static bool clear_at_once(const Block& block, const State& x, const State& z) noexcept {
+  static bool clear_at_once(const Block& block, const State& x, const State& z, T swing) noexcept {
     bool all = block.simple;
     State modulus;
     unrolled<kStates>([&](auto i) { modulus[i] = std::fabs(z[i]); });
     unrolled<kGuards>([&](auto i) {
       const Form& form = block.guards[i].first;
-      all &= (form.d + dot(form.c, x)) - dot(block.bounds[i][0].reach, modulus) > 0;
+      const Bound& bound = block.bounds[i][0];
+      all &= (form.d + dot(form.c, x)) - (dot(bound.reach, modulus) + bound.drift * swing) > 0;
     });
     return all;
   }
