@@ -464,7 +464,8 @@ bool ClosedForm<P, T>::walk_smoothly(const P& plant, T length, Budget& budget) n
     if (!(fastest * length < T(1e15))) return false;
     last_[pieces_++ % kPieces] = {flow, forcing_.later(begun + (length - rest)), x_,
                                   (static_cast<T>(t_) - static_cast<T>(base_)) + (length - rest)};
-    int largest = -std::ilogb(fastest) + 2;  // binary exponent of the largest block worth a trial: small after an event
+    int largest = fastest > 0 ? 2 - std::ilogb(fastest)
+                              : 0;  // binary exponent of the largest block worth a trial: small after an event
     bool same_mode = true;
     while (rest > 0 && same_mode) {
       const T since = begun + (length - rest);
