@@ -14,9 +14,11 @@
 
 namespace farhand {
 
+// What a tick consists of is inlined by force: handed over in memory, states of two numbers cost twice the time.
 template <class T, std::size_t S>
-std::array<T, S> slope(const SquareMatrix<T, S>& A, const std::array<T, S>& b, const std::array<T, S>& e, T r,
-                       const std::array<T, S>& x) noexcept {
+[[gnu::always_inline]] inline std::array<T, S> slope(const SquareMatrix<T, S>& A, const std::array<T, S>& b,
+                                                     const std::array<T, S>& e, T r,
+                                                     const std::array<T, S>& x) noexcept {
   std::array<T, S> z;
   unrolled<S>([&](auto i) { z[i] = (b[i] + e[i] * r) + dot(A[i], x); });
   return z;
@@ -45,7 +47,8 @@ Push<T, S> push(const AffineResponse<T, S>& response, const Forcing<T>& r) noexc
 }
 // What an unforced state does in length + late; `late` is of first order only.
 template <class T, std::size_t S>
-std::array<T, S> change(const AffineResponse<T, S>& response, const std::array<T, S>& z, T late) noexcept {
+[[gnu::always_inline]] inline std::array<T, S> change(const AffineResponse<T, S>& response, const std::array<T, S>& z,
+                                                      T late) noexcept {
   std::array<T, S> y;
   unrolled<S>([&](auto i) {
     std::array<T, S> row;  // Psi + late Phi
@@ -56,7 +59,7 @@ std::array<T, S> change(const AffineResponse<T, S>& response, const std::array<T
   return y;
 }
 template <class T, std::size_t S>
-std::array<T, S> sum(const std::array<T, S>& a, const std::array<T, S>& b) noexcept {
+[[gnu::always_inline]] inline std::array<T, S> sum(const std::array<T, S>& a, const std::array<T, S>& b) noexcept {
   std::array<T, S> y;
   unrolled<S>([&](auto i) { y[i] = a[i] + b[i]; });
   return y;
@@ -95,11 +98,11 @@ struct AffineBlock {
 
   Key fill(const P& plant, Mode mode, T omega, T length) noexcept;
 
-  State slope(const State& offset_now, T r, const State& x) const noexcept {
+  [[gnu::always_inline]] State slope(const State& offset_now, T r, const State& x) const noexcept {
     return farhand::slope(A, offset_now, e, r, x);
   }
   // b under the input that the plant holds now.
-  State offset(const P& plant, Mode mode) const noexcept {
+  [[gnu::always_inline]] State offset(const P& plant, Mode mode) const noexcept {
     if constexpr (kGivesGain) {
       const T input = static_cast<T>(plant.held());
       State now;
@@ -150,7 +153,7 @@ struct AffineBlock {
   }
 
   // The usual case: all guards are far, and their first forms tell.
-  bool clear_at_once(const State& x, const State& z, T swing) const noexcept {
+  [[gnu::always_inline]] bool clear_at_once(const State& x, const State& z, T swing) const noexcept {
     bool all = simple;
     State modulus;
     unrolled<kStates>([&](auto i) { modulus[i] = std::fabs(z[i]); });
