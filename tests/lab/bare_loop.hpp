@@ -88,14 +88,14 @@ class DirectSide {
     law_.start(start[0]);
   }
 
-  void tick(const Sent<Real>& received) noexcept {
+  // One tick and the time until the next. Returns what is sent at its beginning.
+  Sent<Real> step(const Sent<Real>& received, double /*t0*/, double t1) noexcept {
     const Real x = read_encoder(static_cast<Real>(solver_.state()[0]), counts_per_rev_);
     plant_.hold(law_.step(x, received));
+    solver_.advance(plant_, t1);
+    return law_.sent();
   }
-  // To the next tick.
-  void advance(double /*t0*/, double t1) noexcept { solver_.advance(plant_, t1); }
 
-  Sent<Real> sent() const noexcept { return law_.sent(); }
   const P& plant() const noexcept { return plant_; }
   const Solver& solver() const noexcept { return solver_; }
 
@@ -122,16 +122,13 @@ class BareLoop {
   void tick() noexcept {
     Sent<Real>& forward = to_slave_[forward_];
     Sent<Real>& backward = to_master_[backward_];
-    master_.tick(backward);
-    slave_.tick(forward);
-    forward = master_.sent();
-    backward = slave_.sent();
-    if (++forward_ == to_slave_.size()) forward_ = 0;
-    if (++backward_ == to_master_.size()) backward_ = 0;
     const double t0 = time();
     ++ticks_;
-    master_.advance(t0, time());
-    slave_.advance(t0, time());
+    const Sent<Real> from_master = master_.step(backward, t0, time());
+    backward = slave_.step(forward, t0, time());
+    forward = from_master;
+    if (++forward_ == to_slave_.size()) forward_ = 0;
+    if (++backward_ == to_master_.size()) backward_ = 0;
   }
 
   // Since the start; the end of the last tick.

@@ -78,33 +78,30 @@ class OrthosisSide {
     law_.start(start[0], static_cast<T>(loops.spring) * (start[2] - start[0]));
   }
 
-  void tick(const Sent<T>& received) noexcept {
-    const T x = read_encoder(static_cast<T>(solver_.state()[0]), loops_.joint_counts_per_rev);
+  Sent<T> step(const Sent<T>& received, double t0, double t1) noexcept {
+    const T x = joint();
     station_.step(x, received.x, received.v, received.f);
-    sent_ = {x, station_.v, law_.f()};
+    const Sent<T> sent{x, station_.v, law_.f()};
     law_.follow({station_.x_ref, station_.v_ref, station_.f_ref});
-  }
-  void advance(double t0, double t1) noexcept {
     const int loops = std::max(1, static_cast<int>(std::lround((t1 - t0) * loops_.loop_hz)));
     for (int k = 0; k < loops; ++k) {
-      const auto& state = solver_.state();
-      plant_.hold(law_.step(read_encoder(static_cast<T>(state[0]), loops_.joint_counts_per_rev),
-                            read_encoder(static_cast<T>(state[2]), loops_.motor_counts_per_rev)));
+      plant_.hold(law_.step(joint(), read_encoder(static_cast<T>(solver_.state()[2]), loops_.motor_counts_per_rev)));
       solver_.advance(plant_, k + 1 == loops ? t1 : t0 + (t1 - t0) * (k + 1) / loops);
     }
+    return sent;
   }
 
-  Sent<T> sent() const noexcept { return sent_; }
   const P& plant() const noexcept { return plant_; }
   const Solver& solver() const noexcept { return solver_; }
 
  private:
+  T joint() const noexcept { return read_encoder(static_cast<T>(solver_.state()[0]), loops_.joint_counts_per_rev); }
+
   PlainReferenceStep<T> station_;
   OrthosisLaw<T> law_;
   mcu::McuSettings loops_;
   P plant_;
   Solver solver_;
-  Sent<T> sent_;
 };
 
 }  // namespace farhand

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/integrate/method.hpp"
 #include "common/integrate/plant.hpp"
 
 namespace farhand {
@@ -90,10 +91,13 @@ class CvodeIntegrator {
   const State& state() const noexcept { return x_; }
   Mode mode() const noexcept { return task_->mode; }
   double time() const noexcept { return t_; }
-  bool good() const noexcept { return good_; }
-  std::uint64_t steps() const noexcept { return core_ ? core_->steps() : 0; }
-  std::uint64_t derivatives() const noexcept { return core_ ? core_->derivatives() : 0; }
-  std::uint64_t events() const noexcept { return events_; }
+  IntegratorStatus status() const noexcept { return good_ ? IntegratorStatus::kOk : IntegratorStatus::kDiverged; }
+  IntegratorCounters counters() const noexcept {
+    IntegratorCounters out;
+    out.events = events_;
+    if (core_) out.steps = core_->steps(), out.derivatives = core_->derivatives();
+    return out;
+  }
 
  private:
   // A held input that jumped may have ended the mode at once, and root functions look for a change of sign only.

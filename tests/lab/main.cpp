@@ -17,6 +17,7 @@
 #include "common/record/report.hpp"
 #include "common/record/summary.hpp"
 #include "common/runtime/program.hpp"
+#include "tests/lab/precision_command.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
@@ -216,6 +217,9 @@ int main(int argc, char** argv) {
   CLI::App* reported = app.add_subcommand("report", "merge the recordings of a session's processes and report");
   reported->add_option("DIR", directory, "directory with master.mcap, slave.mcap, netem.mcap, mcu.mcap")->required();
 
+  PrecisionChoice precision_choice;
+  CLI::App* precision = add_precision(app, precision_choice);
+
   std::string file, to, csv_directory, mat_file;
   CLI::App* recording = app.add_subcommand("recording", "mend or export a recording")->require_subcommand(1);
   CLI::App* recovered = recording->add_subcommand("recover", "complete an unfinished recording");
@@ -230,6 +234,7 @@ int main(int argc, char** argv) {
     if (run->parsed()) return run_scene(choice, outputs);
     if (checked->parsed()) return check(files);
     if (printed->parsed()) return schema(json);
+    if (precision->parsed()) return run_precision(precision_choice);
     if (made->parsed()) return make_directory(choice);
     if (reported->parsed()) return report(directory);
     return recovered->parsed() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
