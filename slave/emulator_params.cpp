@@ -10,6 +10,7 @@ OrthosisEmulator::Params emulator_params(const scene::Scene& scene) {
   const scene::McuControl& loops = scene.slave().mcu();
   OrthosisEmulator::Params p;
   p.world = series_elastic_world_params(scene);
+  p.numerics = world_numerics(scene);
   p.mcu.loop_hz = loops.loop_hz();
   p.mcu.spring = elastic.spring_nm_per_rad();
   p.mcu.joint_counts_per_rev = elastic.joint_counts_per_rev();

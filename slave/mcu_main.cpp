@@ -55,13 +55,13 @@ class EmulatorLoop {
 
   void record(Nanoseconds t) noexcept {
     if (recorder_ == nullptr) return;
-    const SeriesElasticWorld& world = orthosis_.emulator().world();
+    const SeriesElasticWorld::Truth world = orthosis_.emulator().world().truth();
     McuSample sample;
-    sample.true_x_rad = world.true_x();
-    sample.true_v_rad_s = world.true_v();
-    sample.true_f_nm = world.true_f();
-    sample.motor_x_rad = world.true_motor_x();
-    sample.spring_torque_nm = world.true_spring_torque();
+    sample.true_x_rad = world.x;
+    sample.true_v_rad_s = world.v;
+    sample.true_f_nm = world.f;
+    sample.motor_x_rad = world.motor_x;
+    sample.spring_torque_nm = world.spring_torque;
     sample.state = static_cast<int>(orthosis_.emulator().output().state);
     recorder_->push(t, sample);
   }

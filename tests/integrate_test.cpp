@@ -1,123 +1,117 @@
-// RK4: its order, its stability region, and that it ends where it is told to.
+// The integrators on smooth plants and across contacts: orders of convergence, stability limits, dense output,
+// counters.
 #include <gtest/gtest.h>
 
-#include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
+#include <cstdio>
 #include <numbers>
 
+#include "common/integrate/dormand_prince.hpp"
+#include "common/integrate/integrator.hpp"
 #include "common/integrate/rk4.hpp"
+#include "common/integrate/rosenbrock.hpp"
+#include "common/integrate/sdirk2.hpp"
+#include "common/integrate/semi_implicit_euler.hpp"
+#include "tests/support/toy_plants.hpp"
 
 namespace farhand {
 namespace {
 
-struct Oscillator {
-  using State = std::array<double, 2>;
-  double omega;
-  State derivative(double, const State& s) const noexcept { return {s[1], -omega * omega * s[0]}; }
-};
+using namespace toy;
 
-// The same, driven at another frequency: time enters the derivative as well.
-struct Driven {
-  using State = Eigen::Vector2d;
-  State derivative(double t, const State& s) const noexcept { return {s[1], -9.0 * s[0] + std::sin(2.0 * t)}; }
-  static double exact(double t) { return (std::sin(2.0 * t) - 2.0 / 3.0 * std::sin(3.0 * t)) / 5.0; }
-};
+static_assert(Plant<Linear<2>> && Plant<Driven> && Plant<Nonlinear> && Plant<Bouncer> && Plant<StickSlip>);
 
-// Least squares slope of log(error) over log(h).
+template <class State>
+double distance(const State& a, const State& b) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) worst = std::fmax(worst, std::fabs(a[i] - b[i]));
+  return worst;
+}
+
+// Least squares slope of log(error) over log(h), h halved `halvings` times.
 template <class Error>
-double fitted_order(Error error) {
+double fitted_order(double h, int halvings, Error error) {
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  for (double h = 0.02; h > 1e-3; h /= 2.0) {
+  for (int i = 0; i <= halvings; ++i, h /= 2.0) {
     const double x = std::log(h), y = std::log(error(h));
     n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
   }
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-TEST(Rk4, IsOfOrderFour) {
-  const double order = fitted_order([](double h) {
-    Oscillator::State s{1.0, 0.0};
-    rk4_advance(Oscillator{5.0}, s, 0.0, 2.0, h);
-    return std::hypot(s[0] - std::cos(10.0), s[1] / 5.0 + std::sin(10.0));
+template <class Scheme, class P>
+Integrator<Scheme, P> run(const P& plant, const typename P::State& x, double t, double h) {
+  Integrator<Scheme, P> integrator({.max_step = h});
+  integrator.start(plant, 0.0, x);
+  integrator.advance(plant, t);
+  EXPECT_EQ(integrator.status(), IntegratorStatus::kOk) << Scheme::kName << " " << h;
+  EXPECT_EQ(integrator.time(), t);
+  return integrator;
+}
+
+template <class Scheme>
+class FixedStep : public testing::Test {};
+using FixedSteps = testing::Types<SemiImplicitEuler, Rk4, Sdirk2, Rosenbrock>;
+TYPED_TEST_SUITE(FixedStep, FixedSteps);
+
+TYPED_TEST(FixedStep, HasItsOrderWhereTimeDrivesThePlant) {
+  const double order = fitted_order(
+      0.02, 4, [](double h) { return distance(run<TypeParam>(Driven{}, {}, 2.0, h).state(), Driven::exact(2.0)); });
+  std::printf("%-20s driven oscillator: order %.3f\n", TypeParam::kName, order);
+  EXPECT_NEAR(order, TypeParam::kOrder, 0.2);
+}
+
+TYPED_TEST(FixedStep, HasItsOrderWhereTheJacobianDependsOnStateAndTime) {
+  const double order = fitted_order(0.05, 4, [](double h) {
+    return distance(run<TypeParam>(Nonlinear{}, {1.0}, 2.0, h).state(), Nonlinear::exact(2.0));
   });
-  EXPECT_NEAR(order, 4.0, 0.1);
-  RecordProperty("order", std::to_string(order));
-  std::printf("order on the oscillator: %.4f\n", order);
+  std::printf("%-20s y' = -y^2 cos t: order %.3f\n", TypeParam::kName, order);
+  EXPECT_NEAR(order, TypeParam::kOrder, 0.2);
 }
 
-TEST(Rk4, IsOfOrderFourWhenTimeDrivesThePlantAndTheStateIsEigen) {
-  const double order = fitted_order([](double h) {
-    Eigen::Vector2d s = Eigen::Vector2d::Zero();
-    rk4_advance(Driven{}, s, 0.0, 2.0, h);
-    return std::fabs(s[0] - Driven::exact(2.0));
-  });
-  EXPECT_NEAR(order, 4.0, 0.1);
-  std::printf("order on the driven oscillator: %.4f\n", order);
-}
-
-TEST(Rk4, IntegratesCubicsExactly) {
-  struct Cubic {
-    using State = std::array<double, 1>;
-    State derivative(double t, const State&) const noexcept { return {4.0 * t * t * t - 3.0 * t * t + 1.0}; }
-  };
-  Cubic::State s{0.0};
-  rk4_advance(Cubic{}, s, 0.0, 2.0, 0.7);
-  EXPECT_NEAR(s[0], 16.0 - 8.0 + 2.0, 1e-13);
-}
-
-TEST(Rk4, EndsExactlyAtTheEndWithTheFewestStepsAllowed) {
-  struct Probe {
-    using State = std::array<double, 1>;
-    mutable int calls = 0;
-    mutable double last = 0;
-    State derivative(double t, const State&) const noexcept {
-      ++calls, last = t;
-      return {1.0};
-    }
-  };
-  struct Case {
-    double t0, t1, step;
-    int steps;
-  };
-  for (const Case c : {Case{0, 1e-3, 50e-6, 20}, Case{3600, 3600.001, 50e-6, 20}, Case{1e6, 1e6 + 1e-3, 50e-6, 20},
-                       Case{0, 1e-3, 1.0, 1}, Case{0, 1e-3, 0.9e-3, 2}, Case{2, 2, 50e-6, 0}, Case{2, 1, 50e-6, 0}}) {
-    Probe probe;
-    Probe::State s{0.0};
-    rk4_advance(probe, s, c.t0, c.t1, c.step);
-    EXPECT_EQ(probe.calls, 4 * c.steps) << c.t0;
-    if (c.steps > 0) {
-      EXPECT_NEAR(probe.last, c.t1, 4e-16 * c.t1);
-      EXPECT_NEAR(s[0], c.t1 - c.t0, 1e-15);
-    }
+TYPED_TEST(FixedStep, KeepsItsOrderAcrossContacts) {
+  for (const double k : {1e3, 1e4, 1e6}) {
+    const Bouncer plant{k, 0.4 * std::sqrt(k)};
+    const double t = 0.5, coarse = 0.05 / std::sqrt(k);
+    std::uint64_t events = 0;
+    const double order = fitted_order(coarse, 4, [&](double h) {
+      const auto end = run<TypeParam>(plant, {0.2, 0.0}, t, h);
+      events = end.counters().events;
+      return distance(end.state(), plant.exact(0.2, t));
+    });
+    std::printf("%-20s bouncing on k = %g: order %.3f, %d events\n", TypeParam::kName, k, order, int(events));
+    EXPECT_NEAR(order, TypeParam::kOrder, 0.2) << k;
+    EXPECT_GE(events, k < 1e4 ? 2u : 4u);
   }
 }
 
-// |R(z)| <= 1 for R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24 over the whole half disc, computed with the integrator itself.
-TEST(Rk4, DampsEveryStableModeInsideItsStableRadius) {
-  struct Mode {
-    using State = std::array<double, 2>;
-    std::complex<double> s;
-    State derivative(double, const State& z) const noexcept {
-      return {s.real() * z[0] - s.imag() * z[1], s.imag() * z[0] + s.real() * z[1]};
+TYPED_TEST(FixedStep, KeepsItsOrderThroughStickAndSlip) {
+  const StickSlip plant;
+  const double order = fitted_order(0.1, 4, [&](double h) {
+    return distance(run<TypeParam>(plant, {0.0, 1.0}, 20.0, h).state(), plant.exact(20.0));
+  });
+  std::printf("%-20s stick and slip: order %.3f\n", TypeParam::kName, order);
+  EXPECT_NEAR(order, TypeParam::kOrder, 0.2);
+}
+
+TYPED_TEST(FixedStep, HasADenseOutputOfItsOrder) {
+  const double order = fitted_order(0.05, 3, [](double h) {
+    Integrator<TypeParam, Driven> integrator({.max_step = h});
+    const Driven plant;
+    integrator.start(plant, 0.0, {});
+    double worst = 0;
+    for (double t = h; t < 2.0; t += h) {
+      integrator.advance(plant, t);
+      for (const double theta : {0.25, 0.5, 0.75})
+        worst = std::fmax(worst, distance(integrator.at(t - theta * h), Driven::exact(t - theta * h)));
     }
-  };
-  double worst = 0;
-  for (int angle = 90; angle <= 180; ++angle) {
-    for (int r = 1; r <= 100; ++r) {
-      const double radius = kRk4StableRadius * r / 100.0;
-      const Mode mode{std::polar(radius, angle * std::numbers::pi / 180.0)};
-      const auto z = rk4_step(mode, 0.0, {1.0, 0.0}, 1.0);
-      worst = std::fmax(worst, std::hypot(z[0], z[1]));
-    }
-  }
-  EXPECT_LE(worst, 1.0 + 1e-12);
-  EXPECT_GT(std::abs([] {
-              const auto z = rk4_step(Mode{{-2.9, 0.0}}, 0.0, {1.0, 0.0}, 1.0);
-              return z[0];
-            }()),
-            1.0);
+    return worst;
+  });
+  std::printf("%-20s dense output: order %.3f\n", TypeParam::kName, order);
+  EXPECT_NEAR(order, TypeParam::kOrder, 0.2);
 }
 
 }  // namespace

@@ -292,11 +292,11 @@ TEST(McuLoop, ThePatientMovesFreelyInSafe) {
   session.run(
       4.0, [](double) { return References{Mode::kSafe}; },
       [&](double t) {
-        if (t > 1.5) most = std::max(most, std::abs(session.world().true_spring_torque()));
+        if (t > 1.5) most = std::max(most, std::abs(session.world().truth().spring_torque));
       });
   EXPECT_NEAR(session.world().true_x(), 0.25, 2e-3);
   EXPECT_LE(most, 0.25);  // at up to 1.5 rad/s; the spring loop drags by v / (10 rad/s per N m)
-  EXPECT_NEAR(session.world().true_spring_torque(), 0, 4e-3);  // one motor count
+  EXPECT_NEAR(session.world().truth().spring_torque, 0, 4e-3);  // one motor count
 }
 
 TEST(McuLoop, NothingJumpsAtTheStartOfTrack) {
@@ -368,7 +368,7 @@ TEST(McuLoop, ACutCableRampsTheTorqueOutAndOnlyTheEdgeBringsItBack) {
   session.connected = true;
   session.run(4.0, press);  // the PC resumes as if nothing had been
   EXPECT_EQ(session.state(), State::kSafe);
-  EXPECT_NEAR(session.world().true_spring_torque(), 0, 0.02);
+  EXPECT_NEAR(session.world().truth().spring_torque, 0, 0.02);
   session.run(4.1, [](double) { return References{Mode::kSafe, 0}; });
   const double x = session.world().true_x();
   session.run(5.0, [&](double) { return References{Mode::kTrack, x, 0, 0}; });
@@ -390,7 +390,7 @@ TEST(McuLoop, AnMcuThatRestartsStaysSafeUntilTheEdge) {
   session.run(3.0, press);
   EXPECT_EQ(session.state(), State::kSafe);
   EXPECT_EQ(session.telemetry.state, State::kSafe);  // the PC sees it
-  EXPECT_NEAR(session.world().true_spring_torque(), 0, 4e-3);
+  EXPECT_NEAR(session.world().truth().spring_torque, 0, 4e-3);
   session.run(3.01, [](double) { return References{Mode::kSafe}; });
   session.run(5.0, [](double t) {
     References r = ramp(t - 2.91, 0.2);

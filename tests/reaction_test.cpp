@@ -172,7 +172,7 @@ TEST(Reaction, AnUnpluggedCableLetsGoInTheSameTick) {
 // 20 ms without a frame and 50 ms of ramp, counted from the arrival of the last frame. What the spring then still shows
 // is the ramp's lag, gone with the spring loop's 10 ms, and the motor's lag behind a hand that springs back freely.
 void expect_torque_off_the_hand(Sides& sides, Nanoseconds last_word) {
-  const auto spring = [&] { return std::abs(sides.emulator().world().true_spring_torque()); };
+  const auto spring = [&] { return std::abs(sides.emulator().world().truth().spring_torque); };
   const double pressed = spring();
   while (sides.now < last_word + 20 * kMillisecond) sides.tick();
   EXPECT_GE(spring(), 0.9 * pressed) << "a late frame alone is no reason";

@@ -126,6 +126,20 @@ void check_path(Checker& checker, const scene::Path& path, const std::string& pr
                                               " with distribution UNIFORM: no packet arrives before it is sent");
 }
 
+// One friction at a place.
+template <class M>
+void check_friction(Checker& checker, const M& message, double other, const std::string& prefix, const char* lugre,
+                    const char* other_name) {
+  const auto* field = M::descriptor()->FindFieldByName(lugre);
+  if (!message.GetReflection()->HasField(message, field)) return;
+  const auto& friction = dynamic_cast<const scene::LuGre&>(message.GetReflection()->GetMessage(message, field));
+  const std::string path = prefix + lugre;
+  check_order(checker, friction, path + ".", "F_c_nm", "F_s_nm", true);
+  if (other > 0)
+    checker.complain(
+        path, path + " and " + other_name + " = " + shortest(other) + " are two frictions at one place; give one");
+}
+
 void check_together(Checker& checker, const scene::Scene& scene) {
   check_order(checker, scene.control(), "control.", "f_1_nm", "f_2_nm");
   check_order(checker, scene.master().axis(), "master.axis.", "range_min_rad", "range_max_rad");
@@ -134,6 +148,14 @@ void check_together(Checker& checker, const scene::Scene& scene) {
   check_order(checker, scene.slave().motor(), "slave.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().series_elastic(), "slave.series_elastic.", "stop_min_rad", "stop_max_rad");
   if (scene.slave().has_hand()) check_order(checker, scene.slave().hand(), "slave.hand.", "from_s", "until_s");
+  for (const bool master : {true, false}) {
+    const scene::Motor& motor = master ? scene.master().motor() : scene.slave().motor();
+    check_friction(checker, motor, motor.coulomb_nm(), master ? "master.motor." : "slave.motor.", "lugre",
+                   "coulomb_nm");
+  }
+  const scene::SeriesElastic& elastic = scene.slave().series_elastic();
+  check_friction(checker, elastic, elastic.tendon_friction_nm(), "slave.series_elastic.", "tendon_lugre",
+                 "tendon_friction_nm");
   check_path(checker, scene.network().forward(), "network.forward.");
   check_path(checker, scene.network().backward(), "network.backward.");
   if (scene.windows().has_free()) check_window(checker, scene.windows().free(), "windows.free.", scene.duration_s());

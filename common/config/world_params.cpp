@@ -3,6 +3,15 @@
 namespace farhand {
 namespace {
 
+Bristle::Params bristle_params(const scene::LuGre& l) {
+  return {.F_c = l.f_c_nm(),
+          .F_s = l.f_s_nm(),
+          .v_s = l.v_s_rad_s(),
+          .sigma_0 = l.sigma_0_nm_per_rad(),
+          .sigma_1 = l.sigma_1_nms_per_rad(),
+          .sigma_2 = l.sigma_2_nms_per_rad()};
+}
+
 MotorAxis::Params motor_params(const scene::Motor& m) {
   return {.J = m.j_kgm2(),
           .viscous = m.viscous_nms_per_rad(),
@@ -10,7 +19,9 @@ MotorAxis::Params motor_params(const scene::Motor& m) {
           .gravity_angle = m.gravity_angle_rad(),
           .encoder_counts_per_rev = m.encoder_counts_per_rev(),
           .stop_min = m.stop_min_rad(),
-          .stop_max = m.stop_max_rad()};
+          .stop_max = m.stop_max_rad(),
+          .coulomb = m.coulomb_nm(),
+          .bristle = m.has_lugre() ? std::optional(bristle_params(m.lugre())) : std::nullopt};
 }
 
 Therapist::Params therapist_params(const scene::Therapist& t) {
@@ -48,27 +59,45 @@ Environment::Params environment_params(const scene::Slave& slave) {
   return p;
 }
 
+Method method_of(scene::Method method) {
+  switch (method) {
+    case scene::SEMI_IMPLICIT_EULER:
+      return Method::kSemiImplicitEuler;
+    case scene::RK4:
+      return Method::kRk4;
+    case scene::SDIRK2:
+      return Method::kSdirk2;
+    case scene::ROSENBROCK:
+      return Method::kRosenbrock;
+    case scene::ADAPTIVE:
+      return Method::kAdaptive;
+    case scene::CLOSED_FORM:
+      return Method::kClosedForm;
+    default:
+      return Method::kAuto;
+  }
+}
+
 }  // namespace
 
 MasterWorld::Params master_world_params(const scene::Scene& scene) {
-  return {.motor = motor_params(scene.master().motor()),
-          .therapist = therapist_params(scene.master().therapist()),
-          .step = scene.world().step_s()};
+  return {.motor = motor_params(scene.master().motor()), .load = therapist_params(scene.master().therapist())};
 }
 
 DirectSlaveWorld::Params direct_slave_world_params(const scene::Scene& scene) {
-  return {.motor = motor_params(scene.slave().motor()),
-          .environment = environment_params(scene.slave()),
-          .step = scene.world().step_s()};
+  return {.motor = motor_params(scene.slave().motor()), .load = environment_params(scene.slave())};
 }
 
 SeriesElasticWorld::Params series_elastic_world_params(const scene::Scene& scene) {
   const scene::SeriesElastic& e = scene.slave().series_elastic();
   SeriesElasticWorld::Params p;
   p.actuator.spring = e.spring_nm_per_rad();
+  p.actuator.spring_range = e.spring_range_rad();
   p.actuator.J = e.j_joint_kgm2();
   p.actuator.viscous = e.viscous_nms_per_rad();
-  p.actuator.tendon = {.F_c = e.tendon_friction_nm(), .sigma = e.tendon_stiffness_nm_per_rad()};
+  if (e.tendon_friction_nm() > 0)
+    p.actuator.tendon = Bristle::dahl(e.tendon_friction_nm(), e.tendon_stiffness_nm_per_rad());
+  if (e.has_tendon_lugre()) p.actuator.tendon = bristle_params(e.tendon_lugre());
   p.actuator.motor_bandwidth_hz = e.motor_bandwidth_hz();
   p.actuator.motor_speed_limit = e.motor_speed_limit_rad_s();
   p.actuator.joint_counts_per_rev = e.joint_counts_per_rev();
@@ -76,8 +105,17 @@ SeriesElasticWorld::Params series_elastic_world_params(const scene::Scene& scene
   p.actuator.stop_min = e.stop_min_rad();
   p.actuator.stop_max = e.stop_max_rad();
   p.environment = environment_params(scene.slave());
-  p.step = scene.world().step_s();
   return p;
+}
+
+WorldNumerics world_numerics(const scene::Scene& scene) {
+  const scene::World& world = scene.world();
+  WorldNumerics numerics;
+  numerics.method = method_of(world.method());
+  numerics.settings.max_step = world.step_s();
+  numerics.settings.rtol = world.rtol();
+  numerics.settings.atol = world.atol();
+  return numerics;
 }
 
 }  // namespace farhand

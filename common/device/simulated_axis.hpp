@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/device/truth.hpp"
+#include "common/plant/world.hpp"
 #include "common/scene/drive.hpp"
 
 namespace farhand {
@@ -13,7 +14,8 @@ class SimulatedAxis {
  public:
   using Drive = DirectDrive<1>;
 
-  explicit SimulatedAxis(const typename World::Params& params) : world_(params) {}
+  explicit SimulatedAxis(const typename World::Params& params, const WorldNumerics& numerics = {})
+      : world_(params, numerics) {}
 
   // Advances the world to t_s (time of the world) under the torque of the last write.
   Drive::Sensed read(double t_s) noexcept {
@@ -28,7 +30,10 @@ class SimulatedAxis {
   void write(const Drive::Command& command, double /*t_s*/) noexcept { torque_ = command.torque[0]; }
 
   // At the time of the last read, under the torque that led there.
-  Truth truth() const noexcept { return {world_.true_x(), world_.true_v(), world_.true_f()}; }
+  Truth truth() const noexcept {
+    const auto truth = world_.truth();
+    return {truth.x, truth.v, truth.f};
+  }
 
  private:
   World world_;

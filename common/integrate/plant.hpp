@@ -1,7 +1,7 @@
-// What an integrator knows of a plant. Plants here are piecewise smooth: within a mode (which contacts are closed, which
-// way friction slides, whether it sticks) the derivative is smooth, and the mode ends where one of its guards falls below
-// zero. The derivative of a mode stays smooth a little beyond its end, so that a step may overshoot and be cut there: that
-// is what keeps the order of a method across contacts.
+// What an integrator knows of a plant. Plants here are piecewise smooth: within a mode (which contacts are closed,
+// which way friction slides, whether it sticks) the derivative is smooth, and the mode ends where one of its guards
+// falls below zero. The derivative of a mode stays smooth a little beyond its end, so that a step may overshoot and be
+// cut there: that is what keeps the order of a method across contacts.
 #pragma once
 
 #include <array>

@@ -1,9 +1,14 @@
-// What the slave touches: a hand, a wall, both or nothing.
+// What the slave touches: a hand, a wall, both or nothing. Whether the hand is there belongs to the mode, so that a
+// step that ends as the hand comes in does not feel it yet.
 #pragma once
 
+#include <array>
+#include <limits>
 #include <optional>
 
+#include "common/integrate/affine.hpp"
 #include "common/plant/hand.hpp"
+#include "common/plant/plant_mode.hpp"
 #include "common/plant/wall.hpp"
 
 namespace farhand {
@@ -14,32 +19,73 @@ class Environment {
     std::optional<Hand::Params> hand = std::nullopt;
     std::optional<Wall::Params> wall = std::nullopt;
   };
+  struct Truth {};  // nothing besides the torque
+  static constexpr std::size_t kGuards = 1;
 
-  explicit Environment(const Params& params) {
+  explicit Environment(const Params& params, double /*start*/ = 0) {
     if (params.hand) hand_.emplace(*params.hand);
     if (params.wall) wall_.emplace(*params.wall);
   }
 
+  Mode mode_at(double t, double x, double v, double a = 0) const noexcept {
+    return (hand_ && hand_->present(t) ? kHandPresent : 0u) | (wall_ && wall_->pushes(x, v, a) ? kAtWall : 0u);
+  }
   // Reaction, sign of Motion::f: positive resists positive motion.
-  double reaction(double t, double x, double v) const noexcept {
-    return (hand_ ? hand_->reaction(t, x, v) : 0.0) + (wall_ ? wall_->reaction(x, v) : 0.0);
+  double reaction(Mode mode, double /*t*/, double x, double v) const noexcept { return reaction_at(mode, x, v); }
+  double reaction_rate(Mode /*mode*/, double /*t*/) const noexcept { return 0.0; }  // of the reaction, by the time
+  double stiffness(Mode mode) const noexcept {
+    return ((mode & kHandPresent) != 0 ? hand_->params().stiffness : 0.0) +
+           ((mode & kAtWall) != 0 ? wall_->stiffness : 0.0);
   }
-  double stored_energy(double t, double x) const noexcept {
-    return (hand_ ? hand_->stored_energy(t, x) : 0.0) + (wall_ ? wall_->stored_energy(x) : 0.0);
+  double damping(Mode mode) const noexcept {
+    return ((mode & kHandPresent) != 0 ? hand_->params().damping : 0.0) +
+           ((mode & kAtWall) != 0 ? wall_->damping : 0.0);
   }
-  double dissipated_power(double t, double x, double v) const noexcept {
-    return (hand_ ? hand_->dissipated_power(t, v) : 0.0) + (wall_ ? wall_->dissipated_power(x, v) : 0.0);
+  std::array<double, kGuards> guards(Mode mode, double x, double v) const noexcept {
+    return {wall_ ? wall_->guard((mode & kAtWall) != 0, x, v) : kNoGuard};
+  }
+  template <class T, std::size_t S>
+  std::array<AffineGuard<T, S>, kGuards> guard_forms(Mode mode) const noexcept {
+    if (!wall_) return {};
+    return {wall_->guard_form<T, S>((mode & kAtWall) != 0)};
+  }
+  static constexpr Mode bit(std::size_t /*guard*/) noexcept { return kAtWall; }
+  double next_break(double t) const noexcept {
+    return hand_ ? hand_->next_break(t) : std::numeric_limits<double>::infinity();
   }
 
-  // All that can act at once, for the choice of the step.
-  double stiffness() const noexcept {
-    return (hand_ ? hand_->params().stiffness : 0.0) + (wall_ ? wall_->params().stiffness : 0.0);
+  double inertia() const noexcept { return 0.0; }
+
+  // What stays of minus the reaction at x = v = 0, and what comes and goes with the time.
+  template <class T>
+  T fixed_torque(Mode mode) const noexcept {
+    return -reaction_at(mode, T(0), T(0));
   }
-  double damping() const noexcept {
-    return (hand_ ? hand_->params().damping : 0.0) + (wall_ ? wall_->params().damping : 0.0);
+  template <class T>
+  Forcing<T> forcing(double t) const noexcept {
+    return {.begin = T(t), .polynomial = {}, .omega = 0, .sine = 0, .cosine = 0};
   }
+
+  double stored_energy(double t, double x, double /*v*/) const noexcept {
+    return (hand_ && hand_->present(t) ? hand_->stored_energy(x) : 0.0) + (wall_ ? wall_->stored_energy(x) : 0.0);
+  }
+  PowerFlow power(Mode mode, double /*t*/, double x, double v) const noexcept {
+    return {0.0, ((mode & kHandPresent) != 0 ? hand_->dissipated_power(v) : 0.0) +
+                     (wall_ ? wall_->dissipated_power((mode & kAtWall) != 0, x, v) : 0.0)};
+  }
+  Truth truth(double /*t*/) const noexcept { return {}; }
+  // The mode in which all acts at once: the stiffest.
+  Mode everything() const noexcept { return (hand_ ? kHandPresent : 0u) | (wall_ ? kAtWall : 0u); }
 
  private:
+  template <class T>
+  T reaction_at(Mode mode, T x, T v) const noexcept {
+    T sum = 0;
+    if ((mode & kHandPresent) != 0) sum += hand_->reaction(x, v);
+    if ((mode & kAtWall) != 0) sum += wall_->reaction(true, x, v);
+    return sum;
+  }
+
   std::optional<Hand> hand_;
   std::optional<Wall> wall_;
 };

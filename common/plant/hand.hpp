@@ -2,6 +2,8 @@
 // deflection, it pushes at once: that is what happens at the bedside, and the jump is left as it is.
 #pragma once
 
+#include <limits>
+
 namespace farhand {
 
 class Hand {
@@ -16,15 +18,19 @@ class Hand {
 
   explicit Hand(const Params& params) : p_(params) {}
 
-  // Reaction, sign of Motion::f: positive resists positive motion.
-  double reaction(double t, double x, double v) const noexcept {
-    return present(t) ? p_.stiffness * (x - p_.rest) + p_.damping * v : 0.0;
-  }
   bool present(double t) const noexcept { return t >= p_.from && t < p_.until; }
-  double stored_energy(double t, double x) const noexcept {
-    return present(t) ? 0.5 * p_.stiffness * (x - p_.rest) * (x - p_.rest) : 0.0;
+  // The first time after t at which it comes or goes.
+  double next_break(double t) const noexcept {
+    if (t < p_.from) return p_.from;
+    return t < p_.until ? p_.until : std::numeric_limits<double>::infinity();
   }
-  double dissipated_power(double t, double v) const noexcept { return present(t) ? p_.damping * v * v : 0.0; }
+  // Of a hand that is present. Reaction, sign of Motion::f: positive resists positive motion.
+  template <class T>
+  T reaction(T x, T v) const noexcept {
+    return T(p_.stiffness) * (x - T(p_.rest)) + T(p_.damping) * v;
+  }
+  double stored_energy(double x) const noexcept { return 0.5 * p_.stiffness * (x - p_.rest) * (x - p_.rest); }
+  double dissipated_power(double v) const noexcept { return p_.damping * v * v; }
   const Params& params() const noexcept { return p_; }
 
  private:

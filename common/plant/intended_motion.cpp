@@ -2,28 +2,35 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <limits>
 
 namespace farhand {
 
-IntendedMotion::IntendedMotion(const std::vector<Movement>& movements, double start) : start_(start), last_(start) {
-  pieces_.reserve(movements.size());
-  double begin = 0;
+IntendedMotion::IntendedMotion(const std::vector<Movement>& movements, double start) {
+  pieces_.reserve(movements.size() + 2);
+  pieces_.push_back({Movement::hold(0), 0.0, start});
+  double begin = 0, from = start;
   for (const Movement& movement : movements) {
-    const Piece piece{movement, begin, last_};
-    last_ = within(piece, movement.duration).x;
+    pieces_.push_back({movement, begin, from});
+    from = within(pieces_.back(), movement.duration).x;
     begin += movement.duration;
-    pieces_.push_back(piece);
   }
+  if (!movements.empty()) pieces_.push_back({Movement::hold(0), begin, from});
 }
 
-IntendedMotion::Point IntendedMotion::at(double t) const noexcept {
-  if (pieces_.empty() || t < 0) return {start_, 0, 0};
-  if (t >= end()) return {last_, 0, 0};
-  const auto next = std::upper_bound(pieces_.begin(), pieces_.end(), t,
+std::size_t IntendedMotion::piece_at(double t) const noexcept {
+  const auto next = std::upper_bound(pieces_.begin() + 1, pieces_.end(), t,
                                      [](double time, const Piece& piece) { return time < piece.begin; });
-  const Piece& piece = *(next - 1);
-  return within(piece, t - piece.begin);
+  return static_cast<std::size_t>(next - pieces_.begin()) - 1;
+}
+
+double IntendedMotion::next_break(double t) const noexcept {
+  const std::size_t next = piece_at(t) + 1;
+  return next < pieces_.size() ? pieces_[next].begin : std::numeric_limits<double>::infinity();
+}
+
+IntendedMotion::Point IntendedMotion::at(std::size_t piece, double t) const noexcept {
+  return within(pieces_[piece], t - pieces_[piece].begin);
 }
 
 IntendedMotion::Point IntendedMotion::within(const Piece& piece, double s) noexcept {
@@ -36,7 +43,7 @@ IntendedMotion::Point IntendedMotion::within(const Piece& piece, double s) noexc
               60.0 * d / (T * T) * q * (1.0 - 2.0 * r)};
     }
     case Movement::Kind::kSine: {
-      const double w = 2.0 * std::numbers::pi * m.frequency;
+      const double w = m.omega();
       const double swing = m.amplitude * std::sin(w * s);
       return {piece.from + swing, m.amplitude * w * std::cos(w * s), -w * w * swing};
     }

@@ -2,7 +2,11 @@
 // position is held.
 #pragma once
 
+#include <array>
+#include <numbers>
 #include <vector>
+
+#include "common/integrate/affine.hpp"
 
 namespace farhand {
 
@@ -19,6 +23,7 @@ struct Movement {
   static Movement sine(double amplitude, double frequency, double duration) {
     return {Kind::kSine, duration, 0, amplitude, frequency};
   }
+  double omega() const noexcept { return 2.0 * std::numbers::pi * frequency; }
 };
 
 class IntendedMotion {
@@ -30,11 +35,38 @@ class IntendedMotion {
   // Starts at 0 s, at the angle `start`.
   explicit IntendedMotion(const std::vector<Movement>& movements, double start = 0);
 
+  // The pieces are counted: 0 is the rest before 0 s, the last is the rest after the end. A piece is smooth, also
+  // beyond its ends.
+  std::size_t piece_at(double t) const noexcept;
+  // Where the next piece begins, after t; +inf if none.
+  double next_break(double t) const noexcept;
+  Point at(std::size_t piece, double t) const noexcept;
+
   // Before 0 s: the start. The position is continuous. The velocity is too, except where a sine begins, or ends in
   // mid-swing: it takes up its full velocity at once, and the arm's damper is what feels it.
-  Point at(double t) const noexcept;
-  double end() const noexcept {
-    return pieces_.empty() ? 0.0 : pieces_.back().begin + pieces_.back().movement.duration;
+  Point at(double t) const noexcept { return at(piece_at(t), t); }
+  double end() const noexcept { return pieces_.back().begin; }
+
+  // K x + B v over the piece that holds at t.
+  template <class T>
+  Forcing<T> forcing(double t, double K, double B) const noexcept {
+    const Piece& piece = pieces_[piece_at(t)];
+    const Movement& m = piece.movement;
+    Forcing<T> r;
+    r.begin = T(piece.begin);
+    r.polynomial[0] = T(K) * T(piece.from);
+    if (m.kind == Movement::Kind::kRamp) {
+      const T D = T(m.duration), cubic = (T(m.to) - T(piece.from)) / (D * D * D);
+      const std::array<T, 6> x{0, 0, 0, T(10) * cubic, T(-15) * cubic / D, T(6) * cubic / (D * D)};
+      for (std::size_t j = 2; j < 6; ++j) {
+        r.polynomial[j] += T(K) * x[j] + (j < 5 ? T(B) * static_cast<T>(j + 1) * x[j + 1] : T(0));
+      }
+    } else if (m.kind == Movement::Kind::kSine) {
+      r.omega = T(m.omega());
+      r.sine = T(K) * T(m.amplitude);
+      r.cosine = T(B) * T(m.amplitude) * r.omega;
+    }
+    return r;
   }
 
  private:
@@ -46,7 +78,6 @@ class IntendedMotion {
   static Point within(const Piece& piece, double s) noexcept;  // s: time since the piece began
 
   std::vector<Piece> pieces_;
-  double start_, last_;
 };
 
 }  // namespace farhand

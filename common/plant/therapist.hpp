@@ -4,10 +4,14 @@
 //   torque on the device = K_h (x_int - x) + B_h (v_int - v) - J_h a
 //
 // The last term is why the arm's inertia enters the equation of motion twice: it adds to the J of the device, and it is
-// part of what crosses between hand and device.
+// part of what crosses between hand and device. Which piece of the intended motion holds belongs to the mode, so that a
+// step that ends with a movement does not feel the next one yet.
 #pragma once
 
+#include <array>
+
 #include "common/plant/intended_motion.hpp"
+#include "common/plant/plant_mode.hpp"
 #include "common/plant/power_flow.hpp"
 
 namespace farhand {
@@ -28,27 +32,57 @@ class Therapist {
     double J_h = 0.001;
     std::vector<Movement> intended = {};
   };
+  struct Truth {
+    double intended_x;  // rad
+  };
+  static constexpr std::size_t kGuards = 0;
 
   explicit Therapist(const Params& params, double start = 0)
       : K_h_(params.K_h), B_h_(params.B_h), J_h_(params.J_h), motion_(params.intended, start) {}
 
-  // What spring and damper exert on the device, in its positive direction.
-  double pull(double t, double x, double v) const noexcept {
-    const IntendedMotion::Point intended = motion_.at(t);
-    return K_h_ * (intended.x - x) + B_h_ * (intended.v - v);
+  Mode mode_at(double t, double /*x*/, double /*v*/, double /*a*/ = 0) const noexcept {
+    return static_cast<Mode>(motion_.piece_at(t)) << kPieceShift;
   }
+  // Without the part of the inertia. Sign of Motion::f: positive resists positive motion.
+  double reaction(Mode mode, double t, double x, double v) const noexcept {
+    const IntendedMotion::Point intended = motion_.at(mode >> kPieceShift, t);
+    return K_h_ * (x - intended.x) + B_h_ * (v - intended.v);
+  }
+  double reaction_rate(Mode mode, double t) const noexcept {  // of the reaction, by the time
+    const IntendedMotion::Point intended = motion_.at(mode >> kPieceShift, t);
+    return -K_h_ * intended.v - B_h_ * intended.a;
+  }
+  double stiffness(Mode /*mode*/) const noexcept { return K_h_; }
+  double damping(Mode /*mode*/) const noexcept { return B_h_; }
+  std::array<double, kGuards> guards(Mode /*mode*/, double /*x*/, double /*v*/) const noexcept { return {}; }
+  template <class T, std::size_t S>
+  std::array<AffineGuard<T, S>, kGuards> guard_forms(Mode /*mode*/) const noexcept {
+    return {};
+  }
+  static constexpr Mode bit(std::size_t /*guard*/) noexcept { return 0; }
+  double next_break(double t) const noexcept { return motion_.next_break(t); }
+  double inertia() const noexcept { return J_h_; }
+
+  // What stays of minus the reaction at x = v = 0, and what comes and goes with the time.
+  template <class T>
+  T fixed_torque(Mode /*mode*/) const noexcept {
+    return 0;
+  }
+  template <class T>
+  Forcing<T> forcing(double t) const noexcept {
+    return motion_.forcing<T>(t, K_h_, B_h_);
+  }
+
   double stored_energy(double t, double x, double v) const noexcept {
     const double stretch = motion_.at(t).x - x;
     return 0.5 * J_h_ * v * v + 0.5 * K_h_ * stretch * stretch;
   }
-  PowerFlow power(double t, double x, double v) const noexcept {
-    const double v_int = motion_.at(t).v;
-    return {pull(t, x, v) * v_int, B_h_ * (v_int - v) * (v_int - v)};
+  PowerFlow power(Mode mode, double t, double x, double v) const noexcept {
+    const double v_int = motion_.at(mode >> kPieceShift, t).v;
+    return {-reaction(mode, t, x, v) * v_int, B_h_ * (v_int - v) * (v_int - v)};
   }
-  double K_h() const noexcept { return K_h_; }
-  double B_h() const noexcept { return B_h_; }
-  double J_h() const noexcept { return J_h_; }
-  const IntendedMotion& motion() const noexcept { return motion_; }
+  Truth truth(double t) const noexcept { return {motion_.at(t).x}; }
+  Mode everything() const noexcept { return 0; }
 
  private:
   double K_h_, B_h_, J_h_;

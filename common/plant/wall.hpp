@@ -5,8 +5,7 @@
 
 namespace farhand {
 
-class Wall {
- public:
+struct Wall : OneSidedSpring {
   struct Params {
     double stiffness = 1000;
     double damping = 0.4;
@@ -14,16 +13,7 @@ class Wall {
   };
 
   explicit Wall(const Params& params)
-      : params_(params), spring_{params.stiffness, params.damping, params.at, params.at < 0 ? -1.0 : 1.0} {}
-
-  double reaction(double x, double v) const noexcept { return spring_.reaction(x, v); }
-  double stored_energy(double x) const noexcept { return spring_.stored_energy(x); }
-  double dissipated_power(double x, double v) const noexcept { return spring_.dissipated_power(x, v); }
-  const Params& params() const noexcept { return params_; }
-
- private:
-  Params params_;
-  OneSidedSpring spring_;
+      : OneSidedSpring{params.stiffness, params.damping, params.at, params.at < 0 ? -1.0 : 1.0} {}
 };
 
 }  // namespace farhand

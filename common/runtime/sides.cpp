@@ -23,7 +23,7 @@ std::unique_ptr<Side> make_master(const scene::Scene& scene, std::uint32_t sessi
 }  // namespace
 
 std::unique_ptr<Side> make_simulated_master(const scene::Scene& scene, std::uint32_t session) {
-  return make_master<SimulatedAxis<MasterWorld>>(scene, session, master_world_params(scene));
+  return make_master<SimulatedAxis<MasterWorld>>(scene, session, master_world_params(scene), world_numerics(scene));
 }
 
 std::unique_ptr<Side> make_serial_master(const scene::Scene& scene, std::uint32_t session,
@@ -32,8 +32,8 @@ std::unique_ptr<Side> make_serial_master(const scene::Scene& scene, std::uint32_
 }
 
 std::unique_ptr<Side> make_simulated_slave(const scene::Scene& scene, std::uint32_t session) {
-  return std::make_unique<SideOf<FourChannel, SimulatedAxis<DirectSlaveWorld>>>(slave_station_params(scene, session),
-                                                                                direct_slave_world_params(scene));
+  return std::make_unique<SideOf<FourChannel, SimulatedAxis<DirectSlaveWorld>>>(
+      slave_station_params(scene, session), direct_slave_world_params(scene), world_numerics(scene));
 }
 
 std::unique_ptr<Side> make_serial_slave(const scene::Scene& scene, std::uint32_t session,

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/plant/series_elastic_world.hpp"
+#include "common/plant/world.hpp"
 #include "slave/mcu/mcu_params.hpp"
 #include "slave/mcu/serial_line.hpp"
 
@@ -15,13 +15,14 @@ class OrthosisEmulator {
   struct Params {
     mcu::McuSettings mcu;
     SeriesElasticWorld::Params world;
+    WorldNumerics numerics = {};
   };
 
   // Throws std::invalid_argument if a parameter does not fit the core or the world.
   explicit OrthosisEmulator(const Params& params)
       : core_params_(mcu::make_mcu_params(params.mcu)),
         core_(core_params_),
-        world_(params.world),
+        world_(params.world, params.numerics),
         loop_s_(1.0 / params.mcu.loop_hz),
         joint_unit_rad_(mcu::encoder_unit_rad(params.world.actuator.joint_counts_per_rev)),
         motor_unit_rad_(mcu::encoder_unit_rad(params.world.actuator.motor_counts_per_rev)) {}

@@ -30,8 +30,8 @@ class EmulatedPort {
   bool lost() noexcept { return false; }
 
   Truth truth() const noexcept {
-    const SeriesElasticWorld& world = orthosis_.emulator().world();
-    return {world.true_x(), world.true_v(), world.true_f()};
+    const SeriesElasticWorld::Truth world = orthosis_.emulator().world().truth();
+    return {world.x, world.v, world.f};
   }
 
  private:

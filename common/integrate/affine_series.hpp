@@ -1,0 +1,187 @@
+// The solution of an affine flow over a short time as a power series, and when a guard falls on it. A bound of the
+// series' curvature makes the search certain: an interval is put aside only if the guard provably does not fall in it.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "common/integrate/affine.hpp"
+#include "common/integrate/matrix_exponential.hpp"
+
+namespace farhand {
+
+// tau = s / length, from 0 to 1.
+template <class T, std::size_t S>
+class AffineSeries {
+ public:
+  using State = std::array<T, S>;
+
+  // r counts from the start. Exact to rounding for length <= 1 / fastest, the fastest rate of A and of r.
+  AffineSeries(const AffineFlow<T, S>& flow, const Forcing<T>& r, const State& x, T fastest, T length) noexcept
+      : order_(taylor_order<T>(std::min(fastest * length, T(1)))) {
+    T power = 1, sine = r.sine, cosine = r.cosine;  // of which the n-th coefficient is the derivative over n!
+    for (std::size_t n = 0; n < order_; ++n) {
+      r_[n] = (n < 6 ? r.polynomial[n] * power : T(0)) + cosine;
+      const T turn = r.omega * length / static_cast<T>(n + 1), turned = sine * turn;
+      sine = -cosine * turn, cosine = turned, power *= length;
+    }
+    terms_[0] = x;
+    for (std::size_t n = 0; n < order_; ++n) {
+      const T scale = length / static_cast<T>(n + 1);
+      for (std::size_t i = 0; i < S; ++i) {
+        T sum = flow.e[i] * r_[n] + (n == 0 ? flow.b[i] : T(0)), size = std::fabs(sum);
+        for (std::size_t j = 0; j < S; ++j) {
+          sum += flow.A[i][j] * terms_[n][j];
+          size += std::fabs(flow.A[i][j] * terms_[n][j]);
+        }
+        terms_[n + 1][i] = scale * sum;
+        size_[i] += scale * size;
+      }
+    }
+    for (std::size_t i = 0; i < S; ++i) size_[i] += std::fabs(x[i]);
+  }
+
+  State at(T tau) const noexcept {
+    State x = terms_[order_];
+    for (std::size_t n = order_; n-- > 0;) {
+      for (std::size_t i = 0; i < S; ++i) x[i] = x[i] * tau + terms_[n][i];
+    }
+    return x;
+  }
+
+  // The first tau at which the guard falls below zero by more than its rounding; negative: not within 0..1.
+  T first_fall(const AffineGuard<T, S>& guard) const noexcept {
+    using Kind = typename AffineGuard<T, S>::Kind;
+    if (guard.kind == Kind::kNever) return -1;
+    Pair g{polynomial(guard.first), {}, guard.kind};
+    if (guard.kind == Kind::kOne ? g.first.floor > 0 : guard.kind == Kind::kMax && g.first.floor > 0) return -1;
+    if (guard.kind != Kind::kOne) g.second = polynomial(guard.second);
+    return g.first_fall();
+  }
+
+ private:
+  static constexpr std::size_t kTerms = 29;
+
+  struct Range {
+    T low, high, least_slope, most_slope;
+  };
+  struct Polynomial {
+    std::array<T, kTerms> k{};
+    std::size_t order = 0;
+    T curvature = 0;  // bound of the second derivative
+    T floor = 0;      // bound of the value from below
+
+    void evaluate(T tau, T& value, T& slope) const noexcept {
+      value = k[order], slope = 0;
+      for (std::size_t n = order; n-- > 0;) slope = slope * tau + value, value = value * tau + k[n];
+    }
+    Range range(T middle, T half) const noexcept {
+      T value, slope;
+      evaluate(middle, value, slope);
+      const T bend = curvature * half, reach = (std::fabs(slope) + bend / 2) * half;
+      return {value - reach, value + reach, slope - bend, slope + bend};
+    }
+  };
+  struct Pair {
+    Polynomial first, second;
+    typename AffineGuard<T, S>::Kind kind;
+    using Kind = typename AffineGuard<T, S>::Kind;
+
+    void evaluate(T tau, T& value, T& slope) const noexcept {
+      first.evaluate(tau, value, slope);
+      if (kind == Kind::kOne) return;
+      T other, other_slope;
+      second.evaluate(tau, other, other_slope);
+      if (kind == Kind::kMax ? other > value : other < value) value = other, slope = other_slope;
+    }
+    T value(T tau) const noexcept {
+      T value, slope;
+      evaluate(tau, value, slope);
+      return value;
+    }
+
+    T first_fall() const noexcept {
+      if (value(0) < 0) return 0;
+      struct Interval {
+        T from, to;
+      };
+      std::array<Interval, 80> open;
+      std::size_t left = 0;
+      open[left++] = {0, 1};
+      while (left > 0) {
+        const auto [from, to] = open[--left];
+        const T half = (to - from) / 2, middle = from + half;
+        const Range a = first.range(middle, half);
+        const Range b = kind == Kind::kOne ? a : second.range(middle, half);
+        // Which of the two decides here? The larger of two never falls while one of them stays up, and one that is
+        // down throughout does not count.
+        bool use_a = true, use_b = kind != Kind::kOne;
+        if (kind == Kind::kMax) {
+          if (a.low >= 0 || b.low >= 0) continue;
+          use_a = !(a.high < 0) || b.high < 0, use_b = !(b.high < 0);
+        } else {
+          use_a = !(a.low >= 0), use_b = use_b && !(b.low >= 0);
+        }
+        if (!use_a && !use_b) continue;
+        const T least = std::min(use_a ? a.least_slope : b.least_slope, use_b ? b.least_slope : a.least_slope);
+        const T most = std::max(use_a ? a.most_slope : b.most_slope, use_b ? b.most_slope : a.most_slope);
+        if (least > 0) continue;  // rises, and was not down before
+        if (most < 0 || half < std::numeric_limits<T>::epsilon()) {
+          if (value(to) < 0) return root(from, to);
+          continue;
+        }
+        if (left + 2 > open.size()) return from;
+        open[left++] = {middle, to};
+        open[left++] = {from, middle};
+      }
+      return -1;
+    }
+
+    // Of a falling function: Newton, kept between what is known.
+    T root(T from, T to) const noexcept {
+      T tau = from + (to - from) / 2;
+      for (int i = 0; i < 200; ++i) {
+        T value, slope;
+        evaluate(tau, value, slope);
+        (value < 0 ? to : from) = tau;
+        T next = tau - value / slope;
+        if (!(next > from && next < to)) next = from + (to - from) / 2;
+        if (std::fabs(next - tau) <= std::numeric_limits<T>::epsilon() * next) break;
+        tau = next;
+      }
+      return tau;
+    }
+  };
+
+  // The form along the series, raised by what rounding can have taken from it: a state left on a border by an event
+  // must not fire again.
+  Polynomial polynomial(const AffineForm<T, S>& form) const noexcept {
+    Polynomial p;
+    T size = std::fabs(form.d), rest = 0;
+    for (std::size_t i = 0; i < S; ++i) size += std::fabs(form.c[i]) * size_[i];
+    for (std::size_t n = 0; n <= order_; ++n) {
+      T sum = form.h * (n < order_ ? r_[n] : T(0));
+      size += std::fabs(sum);
+      for (std::size_t i = 0; i < S; ++i) sum += form.c[i] * terms_[n][i];
+      p.k[n] = sum;
+      if (n > 0) rest += std::fabs(sum);
+      p.curvature += static_cast<T>(n * (n - (n > 0))) * std::fabs(sum);
+    }
+    const T rounding = 4 * std::numeric_limits<T>::epsilon() * size;
+    p.k[0] += form.d + rounding;
+    p.floor = p.k[0] - rest;
+    p.order = order_;
+    while (p.order > 1 && std::fabs(p.k[p.order]) < rounding / 1024) --p.order;
+    return p;
+  }
+
+  std::size_t order_;
+  std::array<T, kTerms> r_{};
+  std::array<State, kTerms> terms_{};
+  State size_{};  // of all that was added up
+};
+
+}  // namespace farhand

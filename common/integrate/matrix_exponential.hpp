@@ -1,0 +1,250 @@
+// What an affine flow x' = A x + b + e r(t) does in a fixed time, for every b and every forcing at once: the matrix
+// exponential of the augmented system, block by block. A Taylor series for a short time, doubled until the time is
+// reached. Doubled is Phi - I, not Phi: squaring Phi would lose the slow motions of a stiff plant in the rounding of
+// the ones on its diagonal. Instances in double are computed in long double, so that their own rounding is all that
+// they add.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <type_traits>
+
+namespace farhand {
+
+template <class T>
+using Wide = std::conditional_t<(sizeof(T) < sizeof(long double)), long double, T>;
+
+template <class T, std::size_t S>
+using SquareMatrix = std::array<std::array<T, S>, S>;
+
+template <class T, std::size_t S>
+std::array<T, S> times(const SquareMatrix<T, S>& A, const std::array<T, S>& x) noexcept {
+  std::array<T, S> y{};
+  for (std::size_t i = 0; i < S; ++i) {
+    for (std::size_t j = 0; j < S; ++j) y[i] += A[i][j] * x[j];
+  }
+  return y;
+}
+
+template <class T, std::size_t S>
+SquareMatrix<T, S> times(const SquareMatrix<T, S>& A, const SquareMatrix<T, S>& B) noexcept {
+  SquareMatrix<T, S> C{};
+  for (std::size_t i = 0; i < S; ++i) {
+    for (std::size_t k = 0; k < S; ++k) {
+      for (std::size_t j = 0; j < S; ++j) C[i][j] += A[i][k] * B[k][j];
+    }
+  }
+  return C;
+}
+
+// A in units of the state that make its row-sum norm small. In rad and rad/s a wall would count with the square of its
+// frequency.
+template <class T, std::size_t S>
+struct Balanced {
+  T rate = 0;                // that norm: no motion of x' = A x is faster, 1/s
+  std::array<T, S> units{};  // of the state
+};
+template <class T, std::size_t S>
+Balanced<T, S> balance(const SquareMatrix<T, S>& A) noexcept {
+  SquareMatrix<T, S> m{};
+  for (std::size_t i = 0; i < S; ++i) {
+    for (std::size_t j = 0; j < S; ++j) m[i][j] = std::fabs(A[i][j]);
+  }
+  Balanced<T, S> out;
+  out.units.fill(1);
+  for (int sweep = 0; sweep < 8; ++sweep) {
+    for (std::size_t i = 0; i < S; ++i) {
+      T row = 0, column = 0;
+      for (std::size_t j = 0; j < S; ++j) {
+        if (j != i) row += m[i][j], column += m[j][i];
+      }
+      if (!(row > 0 && column > 0)) continue;
+      const T unit = std::sqrt(row / column);
+      for (std::size_t j = 0; j < S; ++j) {
+        if (j != i) m[i][j] /= unit, m[j][i] *= unit;
+      }
+      out.units[i] *= unit;
+    }
+  }
+  for (const auto& row : m) {
+    T sum = 0;
+    for (const T entry : row) sum += entry;
+    if (!(sum <= out.rate)) out.rate = sum;  // keeps NaN
+  }
+  return out;
+}
+template <class T, std::size_t S>
+T fastest_rate_of(const SquareMatrix<T, S>& A) noexcept {
+  return balance(A).rate;
+}
+
+// How fast the length of the state can grow in those units, 1/s: not at all for a mass on springs and dampers.
+template <class T, std::size_t S>
+T growth_of(const SquareMatrix<T, S>& A, const std::array<T, S>& units) noexcept {
+  T growth = 0;
+  for (std::size_t i = 0; i < S; ++i) {
+    T bound = A[i][i];
+    for (std::size_t j = 0; j < S; ++j) {
+      if (j != i) bound += std::fabs(A[i][j] * units[j] / units[i] + A[j][i] * units[i] / units[j]) / 2;
+    }
+    growth = std::max(growth, bound);
+  }
+  return growth;
+}
+
+// Terms after which a Taylor series of exp(x), 0 <= x <= 1, changes nothing any more. The forcing has degree 5.
+template <class T>
+std::size_t taylor_order(T x) noexcept {
+  T term = 1;
+  std::size_t n = 0;
+  while (n < 7 || (term > std::numeric_limits<T>::epsilon() / 8 && n < 28)) term *= x / static_cast<T>(++n);
+  return n;
+}
+
+// Phi(s) = exp(A s), Psi(s) = its integral from 0 to s. With z = A x + b + e r(0), the state's slope at the start,
+//   x(s) = x + Psi z + sum_j power[j-1] p_j + sine S + cosine C
+// for r = p_0 + sum_j p_j s^j + S sin(omega s) + C cos(omega s).
+template <class T, std::size_t S>
+struct AffineResponse {
+  T length = 0;
+  SquareMatrix<T, S> D{};  // Phi - I
+  SquareMatrix<T, S> Psi{};
+  std::array<std::array<T, S>, 5> power{};  // to s, s^2 ... s^5
+  std::array<T, S> sine{}, cosine{};        // to sin(omega s) and cos(omega s) - 1
+
+  // Bounds, entry by entry, over the whole of 0..length: of |Psi(s)|, and of the integral of |Phi|.
+  SquareMatrix<T, S> reach{}, travel{};
+};
+
+// Everything is NaN if the fastest rate times the length is beyond 2^100 or not a number.
+template <class T, std::size_t S>
+AffineResponse<T, S> respond(const SquareMatrix<T, S>& A, const std::array<T, S>& e, T omega, T length) noexcept {
+  using Vector = std::array<T, S>;
+  const Balanced<T, S> balanced = balance(A);
+  const T rate = balanced.rate;
+  AffineResponse<T, S> out;
+  out.length = length;
+  const T fastest = std::max(rate, std::fabs(omega));
+  int doublings = 0;
+  T h = length;
+  for (; doublings < 101 && fastest * h > T(0.5); ++doublings) h /= 2;
+  if (!(fastest * h <= T(0.5))) {
+    for (auto& row : out.Psi) row.fill(std::numeric_limits<T>::quiet_NaN());
+    out.reach = out.travel = out.D = out.Psi;
+    return out;
+  }
+  const std::size_t order = taylor_order<T>(T(0.5));
+
+  SquareMatrix<T, S> B{}, modulus{};
+  for (std::size_t i = 0; i < S; ++i) {
+    for (std::size_t j = 0; j < S; ++j) B[i][j] = A[i][j] * h, modulus[i][j] = std::fabs(B[i][j]);
+  }
+  // h (I + B/2 (I + B/3 (...)))
+  const auto integral = [h, order](const SquareMatrix<T, S>& M) {
+    SquareMatrix<T, S> sum{};
+    for (std::size_t i = 0; i < S; ++i) sum[i][i] = 1;
+    for (std::size_t n = order; n >= 2; --n) {
+      sum = times(M, sum);
+      for (std::size_t i = 0; i < S; ++i) {
+        for (std::size_t j = 0; j < S; ++j) sum[i][j] = sum[i][j] / static_cast<T>(n) + (i == j ? T(1) : T(0));
+      }
+    }
+    for (auto& row : sum) {
+      for (T& entry : row) entry *= h;
+    }
+    return sum;
+  };
+  out.Psi = integral(B);
+  out.D = times(A, out.Psi);
+  out.reach = out.travel = integral(modulus);
+  // The response to s^j: h^(j+1)/(j+1) (I + B/(j+2) (I + B/(j+3) (...))) e
+  bool forced = false;
+  for (const T entry : e) forced = forced || entry != 0;
+  if (forced) {
+    T scale = h;
+    for (std::size_t j = 1; j <= 5; ++j) {
+      scale *= h;
+      Vector sum = e;
+      for (std::size_t n = j + order; n >= j + 2; --n) {
+        sum = times(B, sum);
+        for (std::size_t i = 0; i < S; ++i) sum[i] = e[i] + sum[i] / static_cast<T>(n);
+      }
+      for (std::size_t i = 0; i < S; ++i) out.power[j - 1][i] = sum[i] * scale / static_cast<T>(j + 1);
+    }
+    if (omega != 0) {
+      // x_(n+1) = (B x_n + h e r_n)/(n+1), with r_n of sin and of cos - 1 in units of h
+      Vector s{}, c{};
+      T sin_n = 0, cos_n = 1;  // Taylor coefficients of sin and cos
+      const T theta = omega * h;
+      for (std::size_t n = 0; n <= order; ++n) {
+        s = times(B, s), c = times(B, c);
+        const T next = T(1) / static_cast<T>(n + 1);
+        for (std::size_t i = 0; i < S; ++i) {
+          s[i] = (s[i] + h * e[i] * sin_n) * next;
+          c[i] = (c[i] + h * e[i] * (n == 0 ? T(0) : cos_n)) * next;
+          out.sine[i] += s[i], out.cosine[i] += c[i];
+        }
+        const T rising = cos_n * theta * next;
+        cos_n = -sin_n * theta * next;
+        sin_n = rising;
+      }
+    }
+  }
+
+  for (int doubling = 0; doubling < doublings; ++doubling, h *= 2) {
+    SquareMatrix<T, S> Phi = out.D, modulus_Phi{};
+    for (std::size_t i = 0; i < S; ++i) Phi[i][i] += 1;
+    for (std::size_t i = 0; i < S; ++i) {
+      for (std::size_t j = 0; j < S; ++j) modulus_Phi[i][j] = std::fabs(Phi[i][j]);
+    }
+    // Psi(s + h) = Psi(h) + Psi(s) Phi(h), and |Phi(s + h)| <= |Phi(s)| |Phi(h)|
+    const SquareMatrix<T, S> further = times(out.reach, modulus_Phi), beyond = times(out.travel, modulus_Phi);
+    for (std::size_t i = 0; i < S; ++i) {
+      for (std::size_t j = 0; j < S; ++j) {
+        out.travel[i][j] += beyond[i][j];
+        const T reached = std::max(out.reach[i][j], std::fabs(out.Psi[i][j]) + further[i][j]);
+        out.reach[i][j] = std::min(reached, out.travel[i][j]);
+      }
+    }
+    if (forced) {
+      // Over the second half the forcing is (h + s)^j, sin(omega h + omega s) ...: sums of the responses to the first.
+      const Vector constant = times(out.Psi, e);
+      if (omega != 0) {
+        const T sin_h = std::sin(omega * h), cos_h = std::cos(omega * h), half = std::sin(omega * h / 2);
+        const Vector s = times(out.D, out.sine), c = times(out.D, out.cosine);
+        for (std::size_t i = 0; i < S; ++i) {
+          const T sine = out.sine[i], cosine = out.cosine[i];
+          out.sine[i] = sine + s[i] + cos_h * sine + sin_h * (cosine + constant[i]);
+          out.cosine[i] = cosine + c[i] + cos_h * cosine - 2 * half * half * constant[i] - sin_h * sine;
+        }
+      }
+      for (std::size_t j = 5; j >= 1; --j) {
+        const Vector first = times(out.D, out.power[j - 1]);
+        Vector sum = constant;
+        T binomial = 1;
+        for (std::size_t i = 0; i < S; ++i) sum[i] *= h;
+        for (std::size_t m = 1; m <= j; ++m) {
+          binomial *= static_cast<T>(j - m + 1) / static_cast<T>(m);
+          for (std::size_t i = 0; i < S; ++i) {
+            sum[i] += binomial * out.power[m - 1][i];
+            if (m < j) sum[i] *= h;
+          }
+        }
+        for (std::size_t i = 0; i < S; ++i) out.power[j - 1][i] += first[i] + sum[i];
+      }
+    }
+    const SquareMatrix<T, S> D2 = times(out.D, out.D), further_Psi = times(out.D, out.Psi);
+    for (std::size_t i = 0; i < S; ++i) {
+      for (std::size_t j = 0; j < S; ++j) {
+        out.D[i][j] += out.D[i][j] + D2[i][j];
+        out.Psi[i][j] += out.Psi[i][j] + further_Psi[i][j];
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace farhand

@@ -1,0 +1,77 @@
+// A simulated world: a plant, its state, and the method that advances it. Which friction the plant has and which method
+// runs is found when the world is made; what a scene does not use is not in it.
+#pragma once
+
+#include <memory>
+
+#include "common/integrate/method.hpp"
+#include "common/plant/axis_plant.hpp"
+#include "common/plant/series_elastic_plant.hpp"
+
+namespace farhand {
+
+struct WorldNumerics {
+  Method method = Method::kAuto;
+  IntegratorSettings settings = {};
+};
+
+// A plant of one friction under one method.
+template <class Truth>
+class WorldEngine {
+ public:
+  virtual ~WorldEngine() = default;
+  virtual void advance(double input, double t1_s) noexcept = 0;
+  virtual Truth truth() const noexcept = 0;
+  virtual double encoder() const noexcept = 0;
+  virtual double motor_encoder() const noexcept = 0;  // the joint's where there is no other
+  virtual double stored_energy() const noexcept = 0;
+  virtual Method method() const noexcept = 0;
+  virtual IntegratorCounters counters() const noexcept = 0;
+  virtual IntegratorStatus status() const noexcept = 0;
+};
+
+// Throw std::invalid_argument, with the reason in words, if the method cannot advance this plant.
+std::unique_ptr<WorldEngine<MasterPlant::Truth>> make_engine(const MasterPlant::Params&, const WorldNumerics&);
+std::unique_ptr<WorldEngine<DirectSlavePlant::Truth>> make_engine(const DirectSlavePlant::Params&,
+                                                                  const WorldNumerics&);
+std::unique_ptr<WorldEngine<SeriesElasticPlant::Truth>> make_engine(const SeriesElasticPlant::Params&,
+                                                                    const WorldNumerics&);
+
+// P: the plant without friction, which stands for its whole family. Time starts at 0 s.
+template <class P>
+class World {
+ public:
+  using Params = typename P::Params;
+  using Truth = typename P::Truth;
+
+  // Throws std::invalid_argument as make_engine does.
+  explicit World(const Params& params, const WorldNumerics& numerics = {}) : engine_(make_engine(params, numerics)) {}
+
+  // The input (N m of the motor, rad/s of a velocity-sourced motor) is held from t0_s, where the last advance ended, to
+  // t1_s.
+  void advance(double input, double /*t0_s*/, double t1_s) noexcept { engine_->advance(input, t1_s); }
+
+  // At the end of the last advance, under its input.
+  Truth truth() const noexcept { return engine_->truth(); }
+  double true_x() const noexcept { return truth().x; }
+  double true_v() const noexcept { return truth().v; }
+  // What the person (or hand and wall) exerts against the device: on the slave pressing in + on them shows as positive,
+  // on the master the therapist pushing in + as negative.
+  double true_f() const noexcept { return truth().f; }
+  double encoder() const noexcept { return engine_->encoder(); }
+  double motor_encoder() const noexcept { return engine_->motor_encoder(); }
+  double stored_energy() const noexcept { return engine_->stored_energy(); }
+
+  Method method() const noexcept { return engine_->method(); }  // never kAuto
+  IntegratorCounters counters() const noexcept { return engine_->counters(); }
+  IntegratorStatus status() const noexcept { return engine_->status(); }
+
+ private:
+  std::unique_ptr<WorldEngine<Truth>> engine_;
+};
+
+using MasterWorld = World<MasterPlant>;
+using DirectSlaveWorld = World<DirectSlavePlant>;
+using SeriesElasticWorld = World<SeriesElasticPlant>;
+
+}  // namespace farhand

@@ -1,0 +1,83 @@
+// What stands behind a world, for the sources that compile it: one family of plants each, under every method.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "common/integrate/closed_form.hpp"
+#include "common/integrate/dormand_prince.hpp"
+#include "common/integrate/integrator.hpp"
+#include "common/integrate/rk4.hpp"
+#include "common/integrate/rosenbrock.hpp"
+#include "common/integrate/sdirk2.hpp"
+#include "common/integrate/semi_implicit_euler.hpp"
+#include "common/plant/world.hpp"
+#include "common/plant/world_method.hpp"
+
+namespace farhand {
+
+// Solver: Integrator<Scheme, P> or ClosedForm<P>.
+template <class P, class Solver>
+class EngineOf final : public WorldEngine<typename P::Truth> {
+ public:
+  EngineOf(const P& plant, Method method, const IntegratorSettings& settings)
+      : plant_(plant), solver_(settings), method_(method) {
+    solver_.start(plant_, 0.0, plant_.start());
+  }
+
+  void advance(double input, double t1_s) noexcept override {
+    plant_.hold(input);
+    solver_.advance(plant_, t1_s);
+  }
+  typename P::Truth truth() const noexcept override { return plant_.truth(solver_.time(), solver_.state()); }
+  double encoder() const noexcept override { return plant_.encoder(solver_.state()); }
+  double motor_encoder() const noexcept override {
+    if constexpr (requires { plant_.motor_encoder(solver_.state()); }) {
+      return plant_.motor_encoder(solver_.state());
+    } else {
+      return encoder();
+    }
+  }
+  double stored_energy() const noexcept override { return plant_.stored_energy(solver_.time(), solver_.state()); }
+  Method method() const noexcept override { return method_; }
+  IntegratorCounters counters() const noexcept override { return solver_.counters(); }
+  IntegratorStatus status() const noexcept override { return solver_.status(); }
+
+ private:
+  P plant_;
+  Solver solver_;
+  Method method_;
+};
+
+template <class P>
+std::unique_ptr<WorldEngine<typename P::Truth>> make_engine_of(const typename P::Params& params,
+                                                               const WorldNumerics& numerics) {
+  const P plant(params);
+  const IntegratorSettings& settings = numerics.settings;
+  const Method method = numerics.method == Method::kAuto ? auto_method(plant, settings.max_step) : numerics.method;
+  const auto engine = [&]<class Solver>() { return std::make_unique<EngineOf<P, Solver>>(plant, method, settings); };
+  switch (method) {
+    case Method::kSemiImplicitEuler:
+      check_stable(method, plant.fastest_rate(), settings.max_step);
+      return engine.template operator()<Integrator<SemiImplicitEuler, P>>();
+    case Method::kSdirk2:
+      return engine.template operator()<Integrator<Sdirk2, P>>();
+    case Method::kRosenbrock:
+      return engine.template operator()<Integrator<Rosenbrock, P>>();
+    case Method::kAdaptive:
+      return engine.template operator()<Integrator<DormandPrince, P>>();
+    case Method::kClosedForm:
+      if (plant.not_affine() != nullptr)
+        throw std::invalid_argument(std::string("world.method = CLOSED_FORM cannot advance this world: ") +
+                                    plant.not_affine() + "; give another method or AUTO");
+      if constexpr (AffinePlant<P>) return engine.template operator()<ClosedForm<P>>();
+      break;
+    case Method::kAuto:
+    case Method::kRk4:
+      break;
+  }
+  check_stable(method, plant.fastest_rate(), settings.max_step);
+  return engine.template operator()<Integrator<Rk4, P>>();
+}
+
+}  // namespace farhand

@@ -1,0 +1,644 @@
+// The propagator without step error against formulas derived by hand, against itself in long double and in other steps,
+// and against Runge-Kutta at tiny ones.
+#include "common/integrate/closed_form.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "tests/support/affine_toys.hpp"
+#include "tests/support/alloc_counter.hpp"
+
+namespace farhand {
+namespace {
+
+using Real = long double;
+using Exact = ClosedForm<ToyPlant, double>;
+using Reference = ClosedForm<ToyPlant, Real>;
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+double uniform(std::mt19937_64& bits, double low, double high) {
+  return low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53;
+}
+double log_uniform(std::mt19937_64& bits, double low, double high) {
+  return std::exp(uniform(bits, std::log(low), std::log(high)));
+}
+
+// x'' = -w2 x - 2 s x', by its roots: smooth through critical damping only to rounding, so it stays away from there.
+struct Oscillator {
+  Real omega2, sigma;  // 2 sigma = damping / J
+  // Phi, row by row.
+  SquareMatrix<Real, 2> at(Real t) const {
+    const Real d2 = sigma * sigma - omega2;
+    Real c, s;  // e^(-sigma t) cosh(d t), e^(-sigma t) sinh(d t) / d
+    if (d2 > 0) {
+      const Real d = std::sqrt(d2), fast = std::exp(-(sigma + d) * t), slow = std::exp(-omega2 / (sigma + d) * t);
+      c = (fast + slow) / 2, s = (slow - fast) / (2 * d);
+    } else if (d2 < 0) {
+      const Real d = std::sqrt(-d2), decay = std::exp(-sigma * t);
+      c = decay * std::cos(d * t), s = decay * std::sin(d * t) / d;
+    } else {
+      c = std::exp(-sigma * t), s = c * t;
+    }
+    return {{{c + sigma * s, s}, {-omega2 * s, c - sigma * s}}};
+  }
+};
+
+TEST(MatrixExponential, AgreesWithTheOscillatorAtAllDampingsAndStiffnesses) {
+  double worst = 0;
+  for (const double ratio : {0.0, 0.01, 0.5, 0.99, 1.0, 1.01, 2.0, 50.0}) {
+    for (const double turns : {1e-9, 1e-3, 0.05, 1.0, 16.0, 160.0, 1e4, 1e6}) {
+      const Real t = 1e-3L, omega = static_cast<Real>(turns) / t;
+      const Real omega2 = omega * omega, sigma = std::sqrt(omega2) * static_cast<Real>(ratio);
+      const SquareMatrix<Real, 2> A{{{0, 1}, {-omega2, -2 * sigma}}};
+      const auto response = respond<Real, 2>(A, {}, 0, t);
+      const auto Phi = Oscillator{ratio == 1.0 ? sigma * sigma : omega2, sigma}.at(t);
+      // Entries in units of 1 and omega; the phase of an oscillation of so many turns is no better known than this.
+      const Real allowed = static_cast<Real>(kEpsilon) + std::numeric_limits<Real>::epsilon() *
+                                                             static_cast<Real>(200 + 40 * turns * (1 + ratio));
+      const Real error[4] = {response.D[0][0] + 1 - Phi[0][0], (response.D[0][1] - Phi[0][1]) * omega,
+                             (response.D[1][0] - Phi[1][0]) / omega, response.D[1][1] + 1 - Phi[1][1]};
+      for (const Real e : error) {
+        EXPECT_LE(std::fabs(e), allowed) << "damping ratio " << ratio << ", omega t " << turns;
+        if (std::isfinite(static_cast<double>(e))) worst = std::max(worst, static_cast<double>(std::fabs(e) / allowed));
+      }
+    }
+  }
+  std::printf("worst error: %.3f of what is allowed\n", worst);
+}
+
+TEST(MatrixExponential, KeepsASlowMotionBesideOneAMillionTimesFaster) {
+  // Overdamped: rates 1e6 and 1 per second over 1 s.
+  const Real fast = 1e6L, slow = 1;
+  const SquareMatrix<double, 2> A{{{0, 1}, {-static_cast<double>(fast * slow), -static_cast<double>(fast + slow)}}};
+  const SquareMatrix<Real, 2> wide{{{0, 1}, {-fast * slow, -(fast + slow)}}};
+  const auto response = respond<Real, 2>(wide, {}, 0, 1);
+  const Real expected = fast * std::exp(-slow) / (fast - slow);
+  EXPECT_NEAR(static_cast<double>((response.D[0][0] + 1) / expected - 1), 0.0, 1e-14);
+  const auto narrow = respond<double, 2>(A, {}, 0, 1);
+  std::printf("relative error in long double %.2Lg, in double %.2Lg\n", (response.D[0][0] + 1) / expected - 1,
+              (static_cast<Real>(narrow.D[0][0]) + 1) / expected - 1);
+}
+
+TEST(MatrixExponential, RespondsToPowersAndSinesAsTheIntegralsSay) {
+  // A double integrator: the response of the velocity to s^j is t^(j+1)/(j+1), of the position t^(j+2)/(j+1)(j+2).
+  const SquareMatrix<Real, 2> A{{{0, 1}, {0, 0}}};
+  const Real t = 7, omega = 3;
+  const auto response = respond<Real, 2>(A, {0, 1}, omega, t);
+  for (std::size_t j = 1; j <= 5; ++j) {
+    const Real n = static_cast<Real>(j + 1), power = std::pow(t, n) / n;
+    EXPECT_NEAR(static_cast<double>(response.power[j - 1][1] / power), 1.0, 1e-17);
+    EXPECT_NEAR(static_cast<double>(response.power[j - 1][0] / (power * t / (n + 1))), 1.0, 1e-17);
+  }
+  EXPECT_NEAR(static_cast<double>(response.sine[1] - (1 - std::cos(omega * t)) / omega), 0.0, 1e-17);
+  EXPECT_NEAR(static_cast<double>(response.sine[0] - (t / omega - std::sin(omega * t) / omega / omega)), 0.0, 1e-17);
+  EXPECT_NEAR(static_cast<double>(response.cosine[1] - (std::sin(omega * t) / omega - t)), 0.0, 1e-17);
+}
+
+TEST(MatrixExponential, BoundsHoldAllAlongTheWay) {
+  std::mt19937_64 bits(1);
+  for (int i = 0; i < 300; ++i) {
+    const double omega = log_uniform(bits, 0.1, 3e5), sigma = omega * uniform(bits, 0.0, 2.0);
+    const SquareMatrix<double, 2> A{{{0, 1}, {-omega * omega, -2 * sigma}}};
+    const double t = 1e-3;
+    const auto whole = respond<double, 2>(A, {}, 0, t);
+    std::array<std::array<double, 2>, 2> travelled{}, last{};
+    for (int k = 1; k <= 200; ++k) {
+      const auto part = respond<double, 2>(A, {}, 0, t * k / 200);
+      for (std::size_t r = 0; r < 2; ++r) {
+        for (std::size_t c = 0; c < 2; ++c) {
+          ASSERT_LE(std::fabs(part.Psi[r][c]), whole.reach[r][c] * (1 + 1e-9)) << omega << " " << sigma;
+          travelled[r][c] += std::fabs(part.Psi[r][c] - last[r][c]);  // at most the integral of |Phi|
+          last[r][c] = part.Psi[r][c];
+        }
+      }
+    }
+    for (std::size_t r = 0; r < 2; ++r) {
+      for (std::size_t c = 0; c < 2; ++c) ASSERT_LE(travelled[r][c], whole.travel[r][c] * (1 + 1e-9));
+    }
+  }
+}
+
+// ---- without contact ----
+
+TEST(ClosedForm, IsTheOscillator) {
+  std::mt19937_64 bits(2);
+  double worst = 0;
+  for (const double ratio : {0.0, 0.1, 0.7, 0.999, 1.001, 2.0}) {
+    for (const double stiffness : {1e-3, 1.0, 3e3, 1e6, 1e8}) {
+      ToyPlant plant{.J = 0.004, .viscous = 0, .k = stiffness, .contacts = {}, .motion = {}};
+      plant.viscous = 2 * ratio * std::sqrt(stiffness * plant.J);
+      const double x0 = uniform(bits, -1, 1), v0 = uniform(bits, -1, 1) * std::sqrt(stiffness / plant.J);
+      Exact exact;
+      exact.start(plant, 0, {x0, v0});
+      for (int k = 1; k <= 2000; ++k) exact.advance(plant, k * 1e-3);
+      const Real omega = std::sqrt(static_cast<Real>(stiffness) / 0.004);
+      const auto Phi = Oscillator{static_cast<Real>(stiffness) / static_cast<Real>(plant.J),
+                                  static_cast<Real>(plant.viscous) / static_cast<Real>(plant.J) / 2}
+                           .at(2);
+      const double size = std::hypot(x0, v0 / static_cast<double>(omega));
+      const double error = std::hypot(
+          static_cast<double>(exact.state()[0] - (Phi[0][0] * x0 + Phi[0][1] * v0)),
+          static_cast<double>((exact.state()[1] - (Phi[1][0] * x0 + Phi[1][1] * v0)) / omega));
+      // 2000 roundings of the state at random, and time known to an ulp of 2 s.
+      const double allowed = size * kEpsilon * (500 + 2 * static_cast<double>(omega));
+      EXPECT_LE(error, allowed) << "ratio " << ratio << " stiffness " << stiffness;
+      worst = std::max(worst, error / allowed);
+      EXPECT_EQ(exact.counters().steps, exact.counters().steps);
+    }
+  }
+  std::printf("worst error: %.3f of what is allowed\n", worst);
+}
+
+// Minimum jerk from `from` to `to`, a sine, rest: what the intended movements are.
+std::vector<Forcing<double>> movements() {
+  const double d = 0.3, D = 0.8;
+  return {{0, {0.05}, 0, 0, 0},
+          {0.3, {0.05, 0, 0, 10 * d / (D * D * D), -15 * d / (D * D * D * D), 6 * d / (D * D * D * D * D)}, 0, 0, 0},
+          {1.1, {0.35}, 2 * std::numbers::pi * 1.7, 0.1, 0.02},
+          {1.9, {0.35}, 0, 0, 0}};
+}
+ToyPlant driven() { return {.J = 0.005, .viscous = 0.06, .arm = 3, .contacts = {}, .motion = movements()}; }
+
+// Runge-Kutta of order 4, within the mode given.
+std::array<double, 2> runge_kutta(const ToyPlant& plant, Mode mode, double t0, double t1, std::array<double, 2> x,
+                                  int steps) {
+  const double h = (t1 - t0) / steps;
+  const auto along = [&x](double length, const std::array<double, 2>& k) {
+    return std::array<double, 2>{x[0] + length * k[0], x[1] + length * k[1]};
+  };
+  for (int i = 0; i < steps; ++i) {
+    const double t = t0 + i * h;
+    const auto k1 = plant.derivative(mode, t, x);
+    const auto k2 = plant.derivative(mode, t + h / 2, along(h / 2, k1));
+    const auto k3 = plant.derivative(mode, t + h / 2, along(h / 2, k2));
+    const auto k4 = plant.derivative(mode, t + h * (1 - 1e-9), along(h, k3));  // before the break
+    for (std::size_t j = 0; j < 2; ++j) x[j] += h / 6 * (k1[j] + 2 * (k2[j] + k3[j]) + k4[j]);
+  }
+  return x;
+}
+
+TEST(ClosedForm, FollowsMinimumJerkAndSineAsRungeKuttaDoesInTinySteps) {
+  const ToyPlant plant = driven();
+  Exact exact;
+  exact.start(plant, 0, {0, 0});
+  for (int k = 1; k <= 2200; ++k) exact.advance(plant, k * 1e-3);
+  std::array<double, 2> x{};
+  x = runge_kutta(plant, 0, 0, 0.3, x, 3000);
+  x = runge_kutta(plant, 0, 0.3, 1.1, x, 8000);
+  x = runge_kutta(plant, 0, 1.1, 1.9, x, 8000);
+  x = runge_kutta(plant, 0, 1.9, 2.2, x, 3000);
+  EXPECT_NEAR(exact.state()[0], x[0], 1e-13);
+  EXPECT_NEAR(exact.state()[1], x[1], 1e-12);
+}
+
+TEST(ClosedForm, DoesNotDependOnTheTicks) {
+  const ToyPlant plant = driven();
+  const auto run = [&plant](auto propagator, double tick) {
+    propagator.start(plant, 0, {0, 0});
+    const int ticks = static_cast<int>(std::lround(2.4 / tick));
+    for (int k = 1; k <= ticks; ++k) propagator.advance(plant, k * 2.4 / ticks);
+    return propagator.state();
+  };
+  const auto truth = run(Reference(), 1e-3);
+  for (const double tick : {0.125e-3, 0.5e-3, 1e-3, 7e-3, 20e-3, 2.4}) {
+    const auto x = run(Exact(), tick);
+    const auto y = run(Reference(), tick);
+    EXPECT_NEAR(x[0], static_cast<double>(truth[0]), 4e-15) << tick;
+    EXPECT_NEAR(x[1], static_cast<double>(truth[1]), 4e-14) << tick;
+    EXPECT_NEAR(static_cast<double>(y[0] - truth[0]), 0, 8e-18) << tick;
+  }
+}
+
+TEST(ClosedForm, TakesUnevenTicksAndTimesFarFromZero) {
+  std::mt19937_64 bits(3);
+  ToyPlant plant{.J = 0.004, .viscous = 0.002, .k = 5, .contacts = {}, .motion = {}};
+  const double begin = 86400;  // an ulp of it is 1.5e-11 s
+  Exact uneven, even;
+  uneven.start(plant, begin, {0.1, 0});
+  even.start(plant, begin, {0.1, 0});
+  double t = begin;
+  while (t < begin + 10) uneven.advance(plant, t = std::min(begin + 10, t + uniform(bits, 0, 3e-3)));
+  for (int k = 1; k <= 10000; ++k) even.advance(plant, begin + k * 1e-3);
+  EXPECT_EQ(even.time(), uneven.time());
+  EXPECT_NEAR(even.state()[0], uneven.state()[0], 1e-14);
+  EXPECT_NEAR(even.state()[1], uneven.state()[1], 4e-13);
+}
+
+// ---- contacts ----
+
+// Falls by a constant force on a wall at 0 and bounces: by parabola and damped oscillation, hand over hand.
+struct BounceTrain {
+  Real J, k, b, force;
+  Real p, v;  // penetration and its speed
+  Real sigma() const { return b / (2 * J); }
+  // Free flight until p = 0 from below; the time it takes.
+  Real fly() {
+    const Real a = force / J, root = std::sqrt(v * v - 2 * a * p), time = (root - v) / a;
+    p = 0, v = root;
+    return time;
+  }
+  void contact(Real t, Real& q, Real& w) const {  // penetration and speed a time t after the touch
+    const Real rest = force / k, omega2 = k / J, d = std::sqrt(omega2 - sigma() * sigma());
+    const Real e = std::exp(-sigma() * t), c = std::cos(d * t), s = std::sin(d * t);
+    const Real A = -rest, B = (v + sigma() * A) / d;
+    q = rest + e * (A * c + B * s);
+    w = e * ((B * d - sigma() * A) * c - (A * d + sigma() * B) * s);
+  }
+  // Until it would pull.
+  Real touch() {
+    Real low = 0, high = std::numbers::pi_v<Real> / std::sqrt(k / J - sigma() * sigma()), q, w;
+    low = high / 4;
+    high *= 1.2L;
+    for (int i = 0; i < 200; ++i) {
+      const Real middle = (low + high) / 2;
+      contact(middle, q, w);
+      (k * q + b * w < 0 ? high : low) = middle;
+    }
+    contact(low, q, w);
+    p = q, v = w;
+    return low;
+  }
+};
+
+TEST(ClosedForm, BouncesAsDerivedByHand) {
+  for (const double b : {0.0, 0.02, 0.2}) {
+    const double force = 0.4, k = 1e4, J = 0.004;
+    ToyPlant plant{.J = J, .viscous = 0, .contacts = {{k, b, 0.1, 1}}, .motion = {}, .input = force};
+    BounceTrain train{static_cast<Real>(J), static_cast<Real>(k), static_cast<Real>(b), static_cast<Real>(force), 0, 0};
+    const double p0 = 0.05 - 0.1;
+    train.p = static_cast<Real>(0.05) - static_cast<Real>(0.1);
+    Exact exact;
+    Reference reference;
+    exact.start(plant, 0, {0.1 + p0, 0});
+    reference.start(plant, 0, {static_cast<Real>(0.05), 0});
+    Real t = 0;
+    int bounces = 0;
+    while (t < 0.5L && bounces < 6) t += train.fly(), t += train.touch(), ++bounces;
+    // Some time into the next flight.
+    const double end = static_cast<double>(t) + 1e-3;
+    const Real s = static_cast<Real>(end) - t, a = static_cast<Real>(force) / static_cast<Real>(J);
+    const Real x = static_cast<Real>(0.1) + train.p + train.v * s + a * s * s / 2, v = train.v + a * s;
+    for (int i = 1; i * 1e-3 < end; ++i) exact.advance(plant, i * 1e-3), reference.advance(plant, i * 1e-3);
+    exact.advance(plant, end), reference.advance(plant, end);
+    EXPECT_EQ(exact.counters().events, static_cast<std::uint64_t>(2 * bounces));
+    EXPECT_EQ(exact.mode(), 0u);
+    EXPECT_NEAR(exact.state()[0], static_cast<double>(x), 1e-14) << "b " << b;
+    // A rounding of the angle, 1.4e-17 rad, is one of its speed times sqrt(k / J) = 1.6e3 at each of twelve borders.
+    EXPECT_NEAR(exact.state()[1], static_cast<double>(v), 1e-12) << "b " << b;
+    EXPECT_NEAR(static_cast<double>(reference.state()[0] - x), 0, 1e-17) << "b " << b;
+    std::printf("b = %g: %d bounces, error %.2g rad in double, %.2Lg in long double\n", b, bounces,
+                exact.state()[0] - static_cast<double>(x), reference.state()[0] - x);
+  }
+}
+
+TEST(ClosedForm, NeverMissesAContactWithinOneTick) {
+  std::mt19937_64 bits(4);
+  int touched = 0;
+  for (int i = 0; i < 10000; ++i) {
+    // A parabola whose top is `depth` beyond the wall, somewhere within the tick.
+    const double depth = (bits() % 2 != 0 ? 1 : -1) * log_uniform(bits, 1e-13, 1e-4);
+    const double top = uniform(bits, 0.05e-3, 0.95e-3), a = log_uniform(bits, 1e3, 1e6);
+    const double J = 0.004, side = bits() % 2 != 0 ? 1 : -1, at = 0.1 * side;
+    ToyPlant plant{.J = J, .viscous = 0, .contacts = {{log_uniform(bits, 1e2, 1e8), 0, at, side}}, .motion = {}};
+    plant.hold(-side * a * J);
+    const double x0 = at + side * (depth - a * top * top / 2);
+    if ((x0 - at) * side >= 0) continue;  // began beyond
+    Exact exact;
+    exact.start(plant, 0, {x0, side * a * top});
+    exact.advance(plant, 1e-3);
+    ASSERT_EQ(exact.status(), IntegratorStatus::kOk);
+    if (std::fabs(depth) > 1e-15) {
+      const std::uint64_t least = depth > 0 ? 1 : 0;
+      // Still in contact at the end, or out of it again; without contact, nothing.
+      ASSERT_EQ(std::min<std::uint64_t>(exact.counters().events, 1), least)
+          << "depth " << depth << " top " << top << " a " << a;
+      touched += depth > 0;
+    }
+  }
+  std::printf("%d of 10000 touched\n", touched);
+}
+
+TEST(ClosedForm, ReflectsAtAHardWallWithinOneTick) {
+  // 1e8 N m/rad: in contact for 20 us.
+  ToyPlant plant{.J = 0.004, .viscous = 0, .contacts = {{1e8, 0, 0.1, 1}}, .motion = {}};
+  Exact exact;
+  exact.start(plant, 0, {0.0995, 1});
+  exact.advance(plant, 1e-3);
+  EXPECT_EQ(exact.counters().events, 2u);
+  const double contact = std::numbers::pi / std::sqrt(1e8 / 0.004);
+  // A rounding of the angle, 1.4e-17 rad, times sqrt(k / J) = 1.6e5.
+  EXPECT_NEAR(exact.state()[1], -1.0, 4e-12);
+  EXPECT_NEAR(exact.state()[0], 0.1 - (1e-3 - 0.5e-3 - contact), 4e-15);
+}
+
+TEST(ClosedForm, KeepsTheEnergyOfABouncingMass) {
+  for (const double k : {1e3, 1e5, 1e7}) {
+    ToyPlant plant{.J = 0.004, .viscous = 0, .k = 2, .contacts = {{k, 0, 0.1, 1}, {k, 0, -0.2, -1}}, .motion = {}};
+    const auto energy = [&plant, k](const Exact::State& x) {
+      const double p = std::max({0.0, x[0] - 0.1, -0.2 - x[0]});
+      return 0.5 * (plant.J * x[1] * x[1] + plant.k * x[0] * x[0] + k * p * p);
+    };
+    Exact exact;
+    exact.start(plant, 0, {0, 3});
+    const double begin = energy(exact.state());
+    double worst = 0;
+    for (int i = 1; i <= 10000; ++i) {
+      exact.advance(plant, i * 1e-3);
+      worst = std::max(worst, std::fabs(energy(exact.state()) / begin - 1));
+    }
+    EXPECT_LE(worst, 1e-13 * (1 + std::sqrt(k) * 1e-2)) << k;
+    std::printf("k = %g: %llu events, energy kept to %.2g\n", k,
+                static_cast<unsigned long long>(exact.counters().events), worst);
+  }
+}
+
+TEST(ClosedForm, SurvivesStiffWallsOfAnyDampingAndAgreesWithLongDouble) {
+  for (const double k : {1e3, 1e4, 1e6, 1e8}) {
+    for (const double ratio : {0.0, 0.1, 1.0, 2.0}) {
+      for (const double tick : {0.5e-3, 20e-3}) {
+        ToyPlant plant = driven();
+        const double b = 2 * ratio * std::sqrt(k * plant.J);
+        plant.contacts = {{k, b, 0.1, 1}, {3000, 3.4, -0.349, -1}, {3000, 3.4, 0.349, 1}};
+        Exact exact;
+        Reference reference;
+        exact.start(plant, 0, {0, 0});
+        reference.start(plant, 0, {0, 0});
+        double worst = 0;
+        for (int i = 1; i * tick <= 1.5; ++i) {
+          plant.hold(i * tick > 1.2 ? 0.5 : 0.0);
+          exact.advance(plant, i * tick), reference.advance(plant, i * tick);
+          worst = std::max(worst, std::fabs(static_cast<double>(exact.state()[0] - reference.state()[0])));
+        }
+        EXPECT_EQ(exact.status(), IntegratorStatus::kOk);
+        EXPECT_EQ(exact.counters().events, reference.counters().events) << k << " " << ratio << " " << tick;
+        EXPECT_GE(exact.counters().events, 1u);
+        // A rounding of the angle is one of the speed times sqrt(k / J); bounces without loss hand it on and on.
+        const double allowed = 4e-14 + 3e-17 * std::sqrt(k / plant.J) * (ratio == 0 ? 100 : 1);
+        EXPECT_LE(worst, allowed) << k << " " << ratio << " " << tick;
+      }
+    }
+  }
+}
+
+TEST(ClosedForm, AgreesWithRungeKuttaThatStopsAtTheContacts) {
+  // Contact times from the closed form, the ways between them by Runge-Kutta: the guard must be zero there.
+  ToyPlant plant = driven();
+  plant.contacts = {{1e4, 0.4, 0.1, 1}};
+  Exact exact;
+  exact.start(plant, 0.3, {0.05, 0});
+  std::array<double, 2> x{0.05, 0};
+  const double end = 0.9;
+  double t = 0.3;
+  for (int i = 1; i <= 600; ++i) {
+    const double t1 = 0.3 + i * 1e-3;
+    exact.advance(plant, t1);
+    Mode mode = plant.mode_at(t, x);
+    // Bisection for the change of mode, each trial from the start of the tick.
+    double from = t;
+    for (int changes = 0; changes < 4; ++changes) {
+      auto y = runge_kutta(plant, mode, from, t1, x, 200);
+      if (plant.guards(mode, t1, y)[0] >= 0) {
+        x = y;
+        break;
+      }
+      double low = from, high = t1;
+      for (int k = 0; k < 50; ++k) {
+        const double middle = (low + high) / 2;
+        (plant.guards(mode, middle, runge_kutta(plant, mode, from, middle, x, 200))[0] >= 0 ? low : high) = middle;
+      }
+      x = runge_kutta(plant, mode, from, high, x, 200);
+      from = high;
+      mode ^= 1u;
+    }
+    t = t1;
+  }
+  EXPECT_NEAR(t, end, 1e-12);
+  EXPECT_GE(exact.counters().events, 3u);
+  EXPECT_NEAR(exact.state()[0], x[0], 1e-11);
+  EXPECT_NEAR(exact.state()[1], x[1], 1e-9);
+}
+
+TEST(ClosedForm, KnowsEveryInstantOfTheLastAdvance) {
+  ToyPlant plant = driven();
+  plant.contacts = {{1e6, 0, 0.1, 1}, {1e6, 0, 0.09, -1}};  // two walls, a slit of 10 mrad
+  plant.arm = 0.1;
+  Exact exact;
+  exact.start(plant, 0, {0.095, 2});
+  for (int i = 1; i <= 30; ++i) {
+    const Exact before = exact;
+    exact.advance(plant, i * 5e-3);
+    for (const double part : {0.0, 0.1, 0.5, 0.77, 0.999, 1.0}) {
+      Exact partial = before;
+      const double t = (i - 1 + part) * 5e-3;
+      partial.advance(plant, t);
+      EXPECT_NEAR(exact.at(t)[0], partial.state()[0], 1e-15) << i << " " << part;
+      EXPECT_NEAR(exact.at(t)[1], partial.state()[1], 2e-11) << i << " " << part;
+    }
+  }
+  EXPECT_GT(exact.counters().events, 40u);
+
+  ToyPlant smooth = driven();
+  Exact whole;
+  whole.start(smooth, 0, {0, 0});
+  for (int i = 1; i <= 1500; ++i) {
+    const Exact before = whole;
+    whole.advance(smooth, i * 1e-3);
+    if (i % 10 != 0) continue;
+    Exact partial = before;
+    partial.advance(smooth, (i - 0.3) * 1e-3);
+    EXPECT_NEAR(whole.at((i - 0.3) * 1e-3)[0], partial.state()[0], 1e-15);
+    EXPECT_NEAR(whole.at((i - 0.3) * 1e-3)[1], partial.state()[1], 1e-14);
+  }
+}
+
+// ---- dry friction: the state is reset, and the held input moves a guard ----
+
+// Modes: 0 sticks, 1 slips in +, 2 slips in -.
+struct DryPlant {
+  static constexpr std::size_t kStates = 2, kGuards = 1;
+  using State = std::array<double, 2>;
+  double J = 0.01, k = 10, static_friction = 0.6, kinetic_friction = 0.5, input = 0;
+
+  const char* not_affine() const noexcept { return nullptr; }
+  template <class T>
+  AffineFlow<T, 2> flow(Mode mode) const noexcept {
+    if (mode == 0) return {};
+    const T friction = mode == 1 ? T(kinetic_friction) : -T(kinetic_friction);
+    return {{{{T(0), T(1)}, {-T(k) / T(J), T(0)}}}, {T(0), (T(input) - friction) / T(J)}, {}};
+  }
+  template <class T>
+  Forcing<T> forcing(double) const noexcept {
+    return {};
+  }
+  template <class T>
+  std::array<AffineGuard<T, 2>, 1> guard_forms(Mode mode) const noexcept {
+    using Guard = AffineGuard<T, 2>;
+    const T F = T(static_friction);
+    if (mode == 0) return {Guard{Guard::Kind::kMin, {{-T(k), 0}, F + T(input), 0}, {{T(k), 0}, F - T(input), 0}}};
+    return {Guard{Guard::Kind::kOne, {{0, mode == 1 ? T(1) : T(-1)}, 0, 0}, {}}};
+  }
+  Mode mode_at(double, const State& x) const noexcept {
+    if (x[1] != 0) return x[1] > 0 ? 1 : 2;
+    const double torque = input - k * x[0];
+    return std::fabs(torque) <= static_friction ? 0 : torque > 0 ? 1 : 2;
+  }
+  Mode cross(Mode, std::size_t, double t, State& x) const noexcept {
+    x[1] = 0;
+    return mode_at(t, x);
+  }
+  State derivative(Mode, double, const State&) const noexcept { return {}; }
+  StateMatrix<2> jacobian(Mode, double, const State&) const noexcept { return {}; }
+  State time_derivative(Mode, double, const State&) const noexcept { return {}; }
+  std::array<double, 1> guards(Mode, double, const State&) const noexcept { return {}; }
+  double next_break(double) const noexcept { return std::numeric_limits<double>::infinity(); }
+};
+
+TEST(ClosedForm, SticksAndSlipsWithDryFriction) {
+  DryPlant plant;
+  ClosedForm<DryPlant> exact;
+  exact.start(plant, 0, {0.5, 0});
+  EXPECT_EQ(exact.mode(), 2u);
+  // Each half swing ends 2 F / k = 0.1 rad nearer: 0.5, -0.4, 0.3, -0.2, 0.1, and rests at 0: the spring pulls less
+  // than 0.6 N m only there... at 0.1 it pulls 1 N m, so one more swing ends at 0.
+  const double half = std::numbers::pi * std::sqrt(plant.J / plant.k);
+  const double turns[] = {-0.4, 0.3, -0.2, 0.1, 0.0};
+  int tick = 0;
+  for (int i = 0; i < 5; ++i) {
+    const double end = half * (i + 1);
+    while ((tick + 1) * 1e-3 < end) exact.advance(plant, ++tick * 1e-3);
+    EXPECT_NEAR(exact.at(tick * 1e-3)[0], turns[i], 2e-3);
+    exact.advance(plant, end);
+    EXPECT_NEAR(exact.state()[0], turns[i], 1e-14);
+  }
+  for (int i = 0; i < 100; ++i) exact.advance(plant, ++tick * 1e-3);
+  EXPECT_EQ(exact.mode(), 0u);
+  EXPECT_EQ(exact.state()[1], 0.0);
+  EXPECT_EQ(exact.counters().events, 5u);
+
+  // Pushed by more and more, in steps too small to let go at 0.6 N m, until one does.
+  plant.input = 0.5;
+  exact.advance(plant, ++tick * 1e-3);
+  EXPECT_EQ(exact.mode(), 0u);
+  plant.input = 0.7;
+  exact.advance(plant, ++tick * 1e-3);
+  EXPECT_EQ(exact.mode(), 1u);
+  EXPECT_NEAR(exact.state()[0], 0.02 * (1 - std::cos(1e-3 / std::sqrt(plant.J / plant.k))), 1e-15);
+}
+
+TEST(ClosedForm, DoesNotChatterWhereStaticAndKineticFrictionAreEqual) {
+  DryPlant plant;
+  plant.static_friction = plant.kinetic_friction = 0.5;
+  ClosedForm<DryPlant> exact;
+  exact.start(plant, 0, {0, 0});
+  for (int i = 1; i <= 3000; ++i) {
+    plant.input = 0.7 * std::sin(i * 0.01);
+    exact.advance(plant, i * 1e-3);
+    ASSERT_EQ(exact.status(), IntegratorStatus::kOk);
+  }
+  EXPECT_LE(exact.counters().events, 100u);
+}
+
+// ---- what must not happen ----
+
+struct Curved : ToyPlant {
+  const char* not_affine() const noexcept { return "its friction is of LuGre's kind"; }
+};
+
+TEST(ClosedForm, RefusesWhatIsNotAffineWithTheReason) {
+  ClosedForm<Curved> exact;
+  try {
+    exact.start(Curved{}, 0, {0, 0});
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("LuGre"), std::string::npos) << error.what();
+  }
+}
+
+TEST(ClosedForm, TouchesNoHeapAfterItsConstruction) {
+  if (kCounterIsBlind) GTEST_SKIP() << "a sanitizer owns malloc";
+  ToyPlant plant = driven();
+  plant.contacts = {{1e6, 0.4, 0.1, 1}, {3000, 3.4, -0.349, -1}, {3000, 3.4, 0.349, 1}};
+  Exact exact;
+  const TouchCounter counter;
+  exact.start(plant, 0, {0, 0});
+  double sum = 0;
+  for (int i = 1; i <= 2500; ++i) {
+    plant.hold(0.3 * std::sin(i * 0.05));
+    exact.advance(plant, i * 1e-3);
+    sum += exact.at((i - 0.5) * 1e-3)[0];
+  }
+  EXPECT_EQ(counter.since(), Touched{});
+  EXPECT_GT(exact.counters().events, 2u);
+  EXPECT_TRUE(std::isfinite(sum));
+}
+
+TEST(ClosedForm, StandsStillAtTheLastGoodStateWhenANumberIsNone) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {kNan, kInfinity, -kInfinity, 1e308}) {
+    ToyPlant plant = driven();
+    plant.contacts = {{1e4, 0.4, 0.1, 1}};
+    Exact exact;
+    exact.start(plant, 0, {0.01, 0.02});
+    for (int i = 1; i <= 10; ++i) exact.advance(plant, i * 1e-3);
+    const auto good = exact.state();
+    plant.hold(bad);
+    for (int i = 11; i <= 20; ++i) exact.advance(plant, i * 1e-3);
+    EXPECT_EQ(exact.status(), IntegratorStatus::kDiverged);
+    EXPECT_EQ(exact.state(), good);
+    plant.hold(0);
+    exact.advance(plant, 0.1);
+    EXPECT_EQ(exact.status(), IntegratorStatus::kDiverged);
+    EXPECT_EQ(exact.at(0.05), good);
+    exact.start(plant, 0, {0, 0});
+    EXPECT_EQ(exact.status(), IntegratorStatus::kOk);
+
+    exact.start(plant, 0, {bad, 0});
+    EXPECT_EQ(exact.status(), IntegratorStatus::kDiverged);
+    exact.start(plant, 0, {0, 0});
+    exact.advance(plant, bad == 1e308 ? kInfinity : bad);
+    EXPECT_TRUE(std::isfinite(exact.state()[0]) && std::isfinite(exact.state()[1]));
+  }
+}
+
+TEST(ClosedForm, EndsInADefinedWayWhateverThePlantIs) {
+  std::mt19937_64 bits(5);
+  for (int i = 0; i < 400; ++i) {
+    ToyPlant plant{.J = log_uniform(bits, 1e-12, 1e6), .viscous = 0, .contacts = {}, .motion = movements()};
+    plant.viscous = bits() % 4 == 0 ? 0 : log_uniform(bits, 1e-9, 1e3);
+    plant.k = bits() % 2 == 0 ? 0 : log_uniform(bits, 1e-6, 1e8);
+    plant.arm = bits() % 2 == 0 ? 0 : log_uniform(bits, 1e-3, 1e5);
+    for (int c = 0; c < 3; ++c) {
+      const double side = bits() % 2 == 0 ? 1 : -1;
+      plant.contacts.push_back({log_uniform(bits, 1, 1e12), bits() % 3 == 0 ? 0 : log_uniform(bits, 1e-6, 1e4),
+                                side * uniform(bits, 0, 0.1), side});
+    }
+    Exact exact({.max_events = 200});
+    exact.start(plant, 0, {uniform(bits, -0.2, 0.2), uniform(bits, -3, 3)});
+    for (int k = 1; k <= 20; ++k) {
+      plant.hold(uniform(bits, -3, 3));
+      exact.advance(plant, k * 5e-3);
+      ASSERT_TRUE(std::isfinite(exact.state()[0]) && std::isfinite(exact.state()[1]));
+    }
+    ASSERT_TRUE(exact.status() == IntegratorStatus::kDiverged || exact.time() == 20 * 5e-3);
+  }
+}
+
+TEST(ClosedForm, CallsTooManyEventsChattering) {
+  ToyPlant plant{.J = 1e-6, .viscous = 0, .contacts = {{1e6, 0, 0, 1}, {1e6, 0, -1e-6, -1}}, .motion = {}};
+  Exact exact({.max_events = 50});
+  exact.start(plant, 0, {-0.5e-6, 1});
+  exact.advance(plant, 1e-3);
+  EXPECT_EQ(exact.status(), IntegratorStatus::kChattering);
+  EXPECT_EQ(exact.time(), 1e-3);
+  EXPECT_TRUE(std::isfinite(exact.state()[0]));
+  EXPECT_EQ(exact.counters().events, 50u);
+}
+
+}  // namespace
+}  // namespace farhand
