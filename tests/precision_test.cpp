@@ -7,28 +7,12 @@
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
 #include "tests/lab/bare_loop.hpp"
+#include "tests/lab/bare_world.hpp"
+#include "tests/lab/precision.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
 namespace {
-
-// The product's own world where a solver is expected.
-struct Held {
-  double input = 0;
-  void hold(double u) noexcept { input = u; }
-};
-template <class World>
-struct WorldSolver {
-  using State = typename World::State;
-  World world;
-  double t = 0;
-  void start(const Held&, double, const State&) {}
-  void advance(const Held& plant, double t1) noexcept {
-    world.advance(plant.input, t, t1);
-    t = t1;
-  }
-  const State& state() const noexcept { return world.state(); }
-};
 
 const std::vector<std::string> kIdealEncoders = {"master.motor.encoder_counts_per_rev=0",
                                                  "slave.motor.encoder_counts_per_rev=0"};
@@ -42,8 +26,11 @@ void expect_the_stations_motion(const char* name) {
   using Slave = DirectSide<BlockLaw<FourChannel>, Held, WorldSolver<DirectSlaveWorld>>;
   const auto ticks = [&s](double delay_s) { return static_cast<std::size_t>(std::lround(delay_s / s.tick_s())); };
   BareLoop<Master, Slave> loop(
-      Master(master_station_params(s, 1).scene, {}, {MasterWorld(master_world_params(s))}, {}, 0),
-      Slave(slave_station_params(s, 2).scene, {}, {DirectSlaveWorld(direct_slave_world_params(s))}, {}, 0), s.tick_s(),
+      Master(master_station_params(s, 1).scene, {},
+             WorldSolver<MasterWorld>(MasterWorld(master_world_params(s), world_numerics(s))), {}, 0),
+      Slave(slave_station_params(s, 2).scene, {},
+            WorldSolver<DirectSlaveWorld>(DirectSlaveWorld(direct_slave_world_params(s), world_numerics(s))), {}, 0),
+      s.tick_s(),
       ticks(s.network().forward().delay_s()), ticks(s.network().backward().delay_s()), 0.0);
   double worst = 0, moved = 0;
   for (std::size_t k = 0; k < session.master.size(); ++k) {

@@ -133,6 +133,8 @@ class BareLoop {
 
   // Since the start; the end of the last tick.
   double time() const noexcept { return static_cast<double>(ticks_) * tick_s_; }
+  // What the slave hears in the next tick.
+  const Sent<Real>& at_slave() const noexcept { return to_slave_[forward_]; }
   const Master& master() const noexcept { return master_; }
   const Slave& slave() const noexcept { return slave_; }
 

@@ -70,7 +70,7 @@ class CvodeIntegrator {
     int in_place = 0;
     settle();
     while (good_ && t_ < t1) {
-      const double until = std::min(t1, plant.next_break(t_));
+      const double next = plant.next_break(t_), until = std::min(t1, next);
       std::copy(x_.begin(), x_.end(), core_->state());
       core_->restart(t_);
       int guard = -1;
@@ -82,7 +82,7 @@ class CvodeIntegrator {
         task_->mode = plant.cross(task_->mode, static_cast<std::size_t>(guard), t_, x_);
         in_place = t_ > before ? 0 : in_place + 1;
         good_ = good_ && in_place < 50;
-      } else if (until < t1) {
+      } else if (t_ >= next) {
         task_->mode = plant.mode_at(t_, x_);
       }
     }

@@ -19,6 +19,7 @@
 #include "common/runtime/program.hpp"
 #include "tests/lab/precision_command.hpp"
 #include "tests/lab/simulation.hpp"
+#include "tests/lab/sweep_command.hpp"
 
 namespace farhand {
 namespace {
@@ -219,6 +220,8 @@ int main(int argc, char** argv) {
 
   PrecisionChoice precision_choice;
   CLI::App* precision = add_precision(app, precision_choice);
+  SweepChoice sweep_choice;
+  CLI::App* swept = add_sweep(app, sweep_choice);
 
   std::string file, to, csv_directory, mat_file;
   CLI::App* recording = app.add_subcommand("recording", "mend or export a recording")->require_subcommand(1);
@@ -235,6 +238,7 @@ int main(int argc, char** argv) {
     if (checked->parsed()) return check(files);
     if (printed->parsed()) return schema(json);
     if (precision->parsed()) return run_precision(precision_choice);
+    if (swept->parsed()) return run_sweep(sweep_choice);
     if (made->parsed()) return make_directory(choice);
     if (reported->parsed()) return report(directory);
     return recovered->parsed() ? recover(file, to) : export_recording(file, csv_directory, mat_file);

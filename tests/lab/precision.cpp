@@ -51,6 +51,13 @@ PrecisionError scaled(PrecisionError e, double factor) {
   return e;
 }
 
+// No number of this size is kept better than that.
+PrecisionError floored(PrecisionError e, double size) {
+  const double rounding = 0.5 * std::numeric_limits<double>::epsilon() * size;
+  for (double* y : {&e.end, &e.rms, &e.max}) *y = std::max(*y, rounding);
+  return e;
+}
+
 struct Errors {
   std::vector<double> position, force;
   Errors(const Trajectory& run, const Trajectory& reference)
@@ -120,6 +127,8 @@ PrecisionRow measured(const scene::Scene& scene, const BareChoice& choice, bool 
   row.position_error = std::move(errors.position);
   row.force_error = std::move(errors.force);
   if (row.ok() && !(row.position.max < amplitude(reference))) row.failure = "error as large as the motion";
+  const double force = largest(reference.f_m, reference.f_s);
+  if (row.ok() && force > 0 && !(row.force.growth * row.force.rms < 0.3 * force)) row.failure = "force does not settle";
   return row;
 }
 
@@ -149,14 +158,17 @@ void fit_orders(PrecisionResult& result, double position_range, double force_ran
 
 double fitted_order(const std::vector<double>& steps, const std::vector<double>& errors, double floor,
                     double saturation, int& points) {
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  constexpr std::size_t kFinest = 4;
+  std::vector<std::pair<double, double>> used;  // logarithms of step and error
   for (std::size_t k = 0; k < steps.size(); ++k) {
-    if (!(errors[k] > 30 * floor && errors[k] < saturation)) continue;
-    const double a = std::log(steps[k]), b = std::log(errors[k]);
-    n += 1, x += a, y += b, xx += a * a, xy += a * b;
+    if (errors[k] > 30 * floor && errors[k] < saturation) used.emplace_back(std::log(steps[k]), std::log(errors[k]));
   }
-  points = static_cast<int>(n);
-  return n >= 2 ? (n * xy - x * y) / (n * xx - x * x) : kNan;
+  std::sort(used.begin(), used.end());
+  if (used.size() > kFinest) used.resize(kFinest);
+  points = static_cast<int>(used.size());
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (const auto& [a, b] : used) n += 1, x += a, y += b, xx += a * a, xy += a * b;
+  return points >= 2 ? (n * xy - x * y) / (n * xx - x * x) : kNan;
 }
 
 const PrecisionRow* PrecisionResult::find(const BareChoice& choice, bool quantised) const {
@@ -194,8 +206,9 @@ PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSett
     const Errors rounding(make_bare_run(scene, {BareMethod::kClosedForm, 0, 0})->record(ticks), reference);
     result.rounding_position = summary(rounding.position);
     result.rounding_force = summary(rounding.force);
-    result.floor_position = scaled(result.rounding_position, kLongOverDouble);
-    result.floor_force = scaled(result.rounding_force, kLongOverDouble);
+    // Both are kept in double, which rounds once more.
+    result.floor_position = floored(scaled(result.rounding_position, kLongOverDouble), amplitude(reference));
+    result.floor_force = floored(scaled(result.rounding_force, kLongOverDouble), largest(reference.f_m, reference.f_s));
     result.reference =
         "closed form, law and plant in long double; its error is estimated as that of the same in double, "
         "times 2^-11";

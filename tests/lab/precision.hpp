@@ -62,8 +62,8 @@ struct PrecisionResult {
 
 PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings);
 
-// Least squares of log(error) over log(step), points above the floor and below saturation only; the count goes to
-// `points`.
+// Least squares of log(error) over log(step), over the finest four points that lie above the floor (30 times) and below
+// saturation; their count goes to `points`.
 double fitted_order(const std::vector<double>& steps, const std::vector<double>& errors, double floor,
                     double saturation, int& points);
 

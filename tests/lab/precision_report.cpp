@@ -76,8 +76,9 @@ class Picture {
       label += ", order " + fixed(pick_ == &PrecisionRow::position ? fit->position : fit->force, 2);
     }
     if (quantised) label += ", encoder counts";
-    if (wall.size() > 1) plot_.loop(label, wall, error, ink);
-    plot_.points(wall.size() > 1 ? "" : label, wall, error, ink, symbol);
+    const bool joined = wall.size() > 1 && !quantised;
+    if (joined) plot_.loop(label, wall, error, ink);
+    plot_.points(joined ? "" : label, wall, error, ink, symbol);
   }
 
   std::string svg() {
@@ -122,13 +123,13 @@ std::string work_precision(const PrecisionResult& result, Pick pick, const std::
   steps.add(BareMethod::kSemiImplicitEuler, Ink::kGrey, Symbol::kCircle);
   steps.add(BareMethod::kRk4, Ink::kMaster, Symbol::kCircle);
   steps.add(BareMethod::kSdirk2, Ink::kSlave, Symbol::kSquare);
-  steps.add(BareMethod::kRosenbrock, Ink::kSlavePale, Symbol::kCross);
-  steps.add(BareMethod::kRk4, Ink::kMasterPale, Symbol::kCross, true);
+  steps.add(BareMethod::kRosenbrock, Ink::kMasterPale, Symbol::kCross);
+  steps.add(BareMethod::kRk4, Ink::kGrey, Symbol::kCross, true);
   steps.add(BareMethod::kClosedForm, Ink::kBlack, Symbol::kSquare);
   Picture tolerances(result, pick, what + ": tolerances", unit);
   tolerances.add(BareMethod::kAdaptive, Ink::kMaster, Symbol::kCircle);
   tolerances.add(BareMethod::kCvodeBdf, Ink::kSlave, Symbol::kSquare);
-  tolerances.add(BareMethod::kCvodeAdams, Ink::kSlavePale, Symbol::kCross);
+  tolerances.add(BareMethod::kCvodeAdams, Ink::kMasterPale, Symbol::kCross);
   tolerances.add(BareMethod::kClosedForm, Ink::kBlack, Symbol::kSquare);
   return steps.svg() + tolerances.svg();
 }
@@ -147,9 +148,9 @@ std::string error_over_time(const PrecisionResult& result, bool force) {
   const double step = result.hold_s / 20;
   draw(result.find({BareMethod::kSemiImplicitEuler, step, 0}), Ink::kGrey);
   draw(result.find({BareMethod::kSdirk2, step, 0}), Ink::kSlave);
-  draw(result.find({BareMethod::kRosenbrock, step, 0}), Ink::kSlavePale);
+  draw(result.find({BareMethod::kRosenbrock, step, 0}), Ink::kMasterPale);
   draw(result.find({BareMethod::kRk4, step, 0}), Ink::kMaster);
-  draw(result.find({BareMethod::kAdaptive, 0, 1e-9}), Ink::kMasterPale);
+  draw(result.find({BareMethod::kAdaptive, 0, 1e-9}), Ink::kSlavePale);
   draw(result.find({BareMethod::kClosedForm, 0, 0}), Ink::kBlack);
   return plot.svg();
 }
@@ -160,14 +161,15 @@ std::string cell(const std::string& words, bool numeric = true) {
 
 std::string table(const PrecisionResult& result) {
   std::string out =
-      "<table class=\"long\"><tr><th>integrator</th><th class=\"n\">step or tolerance</th><th class=\"n\">wall time "
+      "<table class=\"long\" style=\"font-size:11px\"><tr><th>integrator</th><th class=\"n\">step or tolerance</th><th "
+      "class=\"n\">wall time "
       "per "
       "second</th><th class=\"n\">spread</th><th class=\"n\">position: end</th><th class=\"n\">RMS</th><th "
       "class=\"n\">largest (rad)</th><th class=\"n\">force: end</th><th class=\"n\">RMS</th><th class=\"n\">largest (N "
       "m)</th><th class=\"n\">growth</th><th>ended</th></tr>\n";
   for (const PrecisionRow& row : result.rows) {
     out += "<tr>" + cell(name(row), false) + cell(setting(row.choice));
-    out += cell(row.wall_s.empty() ? "-" : three_digits(1e6 * row.wall_median()) + " us");
+    out += cell(row.wall_s.empty() ? "-" : three_digits(1e6 * row.wall_median()));
     out += cell(row.wall_s.empty()
                     ? "-"
                     : three_digits(1e6 * row.wall_s.front()) + " to " + three_digits(1e6 * row.wall_s.back()));
@@ -191,7 +193,7 @@ void print_precision(const PrecisionResult& result, std::ostream& out) {
                              const std::array<std::string, 6>& e, const std::string& growth, const std::string& end) {
     out << std::left << std::setw(24) << a << std::right << std::setw(14) << b << std::setw(10) << c << std::setw(16)
         << d;
-    for (const std::string& word : e) out << std::setw(10) << word;
+    for (const std::string& word : e) out << std::setw(11) << word;
     out << std::setw(8) << growth << "  " << end << '\n';
   };
   row_of("", "step or", "wall us", "least to", {"position", "rad", "", "force", "N m", ""}, "", "");
