@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numbers>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -220,13 +221,84 @@ TEST(Wall, OfAMillionIsStillResolvedByTheDefaultStep) {
 }
 
 TEST(World, RefusesAStepThatItsStiffestContactCannotSurvive) {
-  EXPECT_THROW(direct({}, {.wall = Wall::Params{.stiffness = 1e9, .damping = 0.4, .at = 0.1}}), std::invalid_argument);
-  EXPECT_THROW(direct({}, {}, 0, 0.0), std::invalid_argument);
-  EXPECT_THROW(direct({}, {}, 0, std::nan("")), std::invalid_argument);
-  EXPECT_THROW(MasterWorld({}, by_steps(0.01)), std::invalid_argument);
+  const Environment::Params hard{.wall = Wall::Params{.stiffness = 1e9, .damping = 0.4, .at = 0.1}};
+  const auto with = [](Method method, double step) {
+    WorldNumerics numerics = by_steps(step);
+    numerics.method = method;
+    return numerics;
+  };
+  EXPECT_THROW(DirectSlaveWorld({.load = hard}, with(Method::kRk4, 50e-6)), std::invalid_argument);
+  EXPECT_THROW(DirectSlaveWorld({.load = hard}, with(Method::kSemiImplicitEuler, 50e-6)), std::invalid_argument);
+  EXPECT_THROW(MasterWorld({}, with(Method::kRk4, 0.01)), std::invalid_argument);
   SeriesElasticWorld::Params grains;
   grains.actuator.tendon = Bristle::dahl(1e-5, 20);
-  EXPECT_THROW(SeriesElasticWorld{grains}, std::invalid_argument);
+  EXPECT_THROW(SeriesElasticWorld(grains, with(Method::kRk4, 50e-6)), std::invalid_argument);
+  for (const Method any : {Method::kAuto, Method::kRk4, Method::kAdaptive}) {
+    EXPECT_THROW(MasterWorld({}, with(any, 0.0)), std::invalid_argument);
+    EXPECT_THROW(MasterWorld({}, with(any, std::nan(""))), std::invalid_argument);
+  }
+  try {
+    DirectSlaveWorld({.load = hard}, with(Method::kRk4, 50e-6));
+  } catch (const std::invalid_argument& refusal) {
+    // 2.6 / sqrt((1e9 + 3000) / 4e-3) s
+    EXPECT_STREQ(refusal.what(),
+                 "world.step_s = 5e-05 s is too long for RK4 in this world: its fastest motion or stiffest contact needs "
+                 "more than 0 and at most 5.2e-06 s; give a shorter step or an implicit method");
+  }
+}
+
+TEST(World, RefusesTheClosedFormWithTheReason) {
+  WorldNumerics exact;
+  exact.method = Method::kClosedForm;
+  EXPECT_NO_THROW(MasterWorld({}, exact));
+  const auto refusal = [](auto make) -> std::string {
+    try {
+      make();
+    } catch (const std::invalid_argument& reason) {
+      return reason.what();
+    }
+    return "not refused";
+  };
+  EXPECT_EQ(refusal([&] { MasterWorld({.motor = {.gravity = 0.2}}, exact); }),
+            "world.method = CLOSED_FORM cannot advance this world: weight acts by the sine of the angle; give another "
+            "method or AUTO");
+  SeriesElasticWorld::Params rough;
+  rough.actuator.tendon = Bristle::dahl(0.05, 20);
+  EXPECT_EQ(refusal([&] { SeriesElasticWorld(rough, exact); }),
+            "world.method = CLOSED_FORM cannot advance this world: the bristle's torque is multiplied by the speed; give "
+            "another method or AUTO");
+}
+
+TEST(World, AutoIsExactWhereItCanBeAndElseFollowsTheStiffness) {
+  EXPECT_EQ(MasterWorld({}).method(), Method::kClosedForm);
+  EXPECT_EQ(MasterWorld({.motor = {.coulomb = 0.1}}).method(), Method::kClosedForm);
+  EXPECT_EQ(MasterWorld({.motor = {.gravity = 0.2}}).method(), Method::kRk4);
+  SeriesElasticWorld::Params p;
+  EXPECT_EQ(SeriesElasticWorld(p).method(), Method::kClosedForm);
+  p.actuator.tendon = Bristle::dahl(0.05, 20);
+  EXPECT_EQ(SeriesElasticWorld(p).method(), Method::kRk4);
+  p.actuator.tendon = Bristle::dahl(0.05, 1e7);
+  EXPECT_EQ(SeriesElasticWorld(p).method(), Method::kSdirk2);
+}
+
+// One world under every method: what they leave is their own error, and no two share a step formula.
+TEST(World, AllMethodsAgree) {
+  const Environment::Params both{.hand = Hand::Params{.from = 0.2},
+                                 .wall = Wall::Params{.stiffness = 1e4, .damping = 1.26, .at = 0.1}};
+  const auto run = [&](Method method, double step) {
+    WorldNumerics numerics = by_steps(step);
+    numerics.method = method;
+    DirectSlaveWorld world({.load = both}, numerics);
+    for (int k = 0; k < 500; ++k) world.advance(0.3 * std::cos(9e-3 * k), k * 1e-3, (k + 1) * 1e-3);
+    EXPECT_EQ(world.status(), IntegratorStatus::kOk);
+    return world.true_x();
+  };
+  const double exact = run(Method::kClosedForm, 1e-3);
+  EXPECT_NEAR(run(Method::kAdaptive, 1e-3), exact, 1e-8);
+  EXPECT_NEAR(run(Method::kRk4, 50e-6), exact, 1e-8);
+  EXPECT_NEAR(run(Method::kRosenbrock, 10e-6), exact, 1e-6);
+  EXPECT_NEAR(run(Method::kSdirk2, 10e-6), exact, 1e-5);
+  EXPECT_NEAR(run(Method::kSemiImplicitEuler, 5e-6), exact, 1e-3);
 }
 
 TEST(Stops, HoldThreeNewtonMetresWithinAMilliradianAndNoPersonFeelsThem) {

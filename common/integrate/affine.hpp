@@ -10,10 +10,20 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <type_traits>
+#include <utility>
 
 #include "common/integrate/plant.hpp"
 
 namespace farhand {
+
+// body(0), body(1) ... body(N - 1) without a loop: at -O2 the compiler keeps a loop, and a state in memory for it,
+// where N is 2.
+template <std::size_t N, class Body>
+constexpr void unrolled(Body&& body) noexcept {
+  [&]<std::size_t... i>(std::index_sequence<i...>) { (body(std::integral_constant<std::size_t, i>{}), ...); }
+  (std::make_index_sequence<N>{});
+}
 
 template <class T, std::size_t S>
 struct AffineFlow {
@@ -40,9 +50,9 @@ struct Forcing {
   // The same function, counted from s later.
   Forcing later(T s) const noexcept {
     Forcing r{begin + s, polynomial, omega, 0, 0};
-    for (std::size_t from = 0; from < 5; ++from) {  // by synthetic division
-      for (std::size_t j = 5; j-- > from;) r.polynomial[j] += s * r.polynomial[j + 1];
-    }
+    unrolled<5>([&](auto from) {  // by synthetic division
+      unrolled<5 - from>([&](auto i) { r.polynomial[4 - i] += s * r.polynomial[5 - i]; });
+    });
     if (sine != 0 || cosine != 0) {
       const T sin_s = std::sin(omega * s), cos_s = std::cos(omega * s);
       r.sine = sine * cos_s - cosine * sin_s;
@@ -97,7 +107,8 @@ struct AffineGuard {
 
 // `guard_forms` says as forms what `guards` says as values. Within a mode, A, e and the slopes of the guards (kind, c,
 // h) never change; b and d may follow the held input. A plant in whose guards it is never found says so with
-// `static constexpr bool kInputMovesGuards = false`, and its guards are then asked for once per mode.
+// `static constexpr bool kInputMovesGuards = false`, and its guards are then asked for once per mode. One that has
+// `held()`, the input, and `held_gain<T>(mode)`, by which b follows it, is asked for its flow once per mode, too.
 template <class P>
 concept AffinePlant = Plant<P> && requires(const P& plant, Mode mode, double t) {
   // nullptr, or in words why this plant is not piecewise affine.
@@ -111,6 +122,8 @@ concept AffinePlant = Plant<P> && requires(const P& plant, Mode mode, double t) 
   noexcept->std::same_as<Forcing<double>>;
   { plant.template guard_forms<double>(mode) }
   noexcept->std::same_as<std::array<AffineGuard<double, P::kStates>, P::kGuards>>;
+  { plant.template guard_forms<long double>(mode) }
+  noexcept->std::same_as<std::array<AffineGuard<long double, P::kStates>, P::kGuards>>;
 };
 
 }  // namespace farhand

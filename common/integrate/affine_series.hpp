@@ -22,32 +22,40 @@ class AffineSeries {
   // r counts from the start. Exact to rounding for length <= 1 / fastest, the fastest rate of A and of r.
   AffineSeries(const AffineFlow<T, S>& flow, const Forcing<T>& r, const State& x, T fastest, T length) noexcept
       : order_(taylor_order<T>(std::min(fastest * length, T(1)))) {
-    T power = 1, sine = r.sine, cosine = r.cosine;  // of which the n-th coefficient is the derivative over n!
-    for (std::size_t n = 0; n < order_; ++n) {
-      r_[n] = (n < 6 ? r.polynomial[n] * power : T(0)) + cosine;
-      const T turn = r.omega * length / static_cast<T>(n + 1), turned = sine * turn;
-      sine = -cosine * turn, cosine = turned, power *= length;
-    }
-    terms_[0] = x;
-    for (std::size_t n = 0; n < order_; ++n) {
-      const T scale = length / static_cast<T>(n + 1);
-      for (std::size_t i = 0; i < S; ++i) {
-        T sum = flow.e[i] * r_[n] + (n == 0 ? flow.b[i] : T(0)), size = std::fabs(sum);
-        for (std::size_t j = 0; j < S; ++j) {
-          sum += flow.A[i][j] * terms_[n][j];
-          size += std::fabs(flow.A[i][j] * terms_[n][j]);
-        }
-        terms_[n + 1][i] = scale * sum;
-        size_[i] += scale * size;
+    T power = 1;
+    for (std::size_t n = 0; n < 6; ++n, power *= length) r_[n] = r.polynomial[n] * power;
+    if (r.sine != 0 || r.cosine != 0) {
+      T sine = r.sine, cosine = r.cosine;  // the n-th coefficient is the derivative over n!
+      for (std::size_t n = 0; n < order_; ++n) {
+        r_[n] += cosine;
+        const T turn = r.omega * length * kOneOver[n + 1], turned = sine * turn;
+        sine = -cosine * turn, cosine = turned;
       }
     }
-    for (std::size_t i = 0; i < S; ++i) size_[i] += std::fabs(x[i]);
+    terms_[0] = x;
+    for (std::size_t i = 0; i < S; ++i) {
+      const T sum = flow.b[i] + flow.e[i] * r_[0];
+      T size = std::fabs(flow.b[i]) + std::fabs(flow.e[i] * r_[0]);
+      for (std::size_t j = 0; j < S; ++j) size += std::fabs(flow.A[i][j] * x[j]);
+      terms_[1][i] = length * (sum + dot(flow.A[i], x));
+      size_[i] = std::fabs(x[i]) + length * size;
+      way_[i] = std::fabs(terms_[1][i]);
+    }
+    for (std::size_t n = 1; n < order_; ++n) {
+      const T scale = length * kOneOver[n + 1];
+      unrolled<S>([&](auto i) {
+        terms_[n + 1][i] = scale * (flow.e[i] * r_[n] + dot(flow.A[i], terms_[n]));
+        way_[i] += std::fabs(terms_[n + 1][i]);
+      });
+    }
+    for (std::size_t n = 1; n < order_; ++n) r_way_ += std::fabs(r_[n]);
+    for (std::size_t i = 0; i < S; ++i) size_[i] += way_[i];
   }
 
   State at(T tau) const noexcept {
     State x = terms_[order_];
     for (std::size_t n = order_; n-- > 0;) {
-      for (std::size_t i = 0; i < S; ++i) x[i] = x[i] * tau + terms_[n][i];
+      unrolled<S>([&](auto i) { x[i] = x[i] * tau + terms_[n][i]; });
     }
     return x;
   }
@@ -56,14 +64,22 @@ class AffineSeries {
   T first_fall(const AffineGuard<T, S>& guard) const noexcept {
     using Kind = typename AffineGuard<T, S>::Kind;
     if (guard.kind == Kind::kNever) return -1;
+    const bool first_stays = stays(guard.first);
+    if (first_stays && guard.kind != Kind::kMin) return -1;
+    const bool second_stays = guard.kind != Kind::kOne && stays(guard.second);
+    if (second_stays && (first_stays || guard.kind == Kind::kMax)) return -1;
     Pair g{polynomial(guard.first), {}, guard.kind};
-    if (guard.kind == Kind::kOne ? g.first.floor > 0 : guard.kind == Kind::kMax && g.first.floor > 0) return -1;
     if (guard.kind != Kind::kOne) g.second = polynomial(guard.second);
     return g.first_fall();
   }
 
  private:
   static constexpr std::size_t kTerms = 29;
+  static constexpr std::array<T, kTerms> kOneOver = [] {
+    std::array<T, kTerms> all{};
+    for (std::size_t n = 1; n < kTerms; ++n) all[n] = T(1) / static_cast<T>(n);
+    return all;
+  }();
 
   struct Range {
     T low, high, least_slope, most_slope;
@@ -72,7 +88,6 @@ class AffineSeries {
     std::array<T, kTerms> k{};
     std::size_t order = 0;
     T curvature = 0;  // bound of the second derivative
-    T floor = 0;      // bound of the value from below
 
     void evaluate(T tau, T& value, T& slope) const noexcept {
       value = k[order], slope = 0;
@@ -90,28 +105,27 @@ class AffineSeries {
     typename AffineGuard<T, S>::Kind kind;
     using Kind = typename AffineGuard<T, S>::Kind;
 
-    void evaluate(T tau, T& value, T& slope) const noexcept {
-      first.evaluate(tau, value, slope);
-      if (kind == Kind::kOne) return;
+    // Of those of the two that count.
+    void evaluate(T tau, bool use_first, bool use_second, T& value, T& slope) const noexcept {
+      (use_first ? first : second).evaluate(tau, value, slope);
+      if (!use_first || !use_second) return;
       T other, other_slope;
       second.evaluate(tau, other, other_slope);
       if (kind == Kind::kMax ? other > value : other < value) value = other, slope = other_slope;
     }
-    T value(T tau) const noexcept {
-      T value, slope;
-      evaluate(tau, value, slope);
-      return value;
-    }
 
     T first_fall() const noexcept {
-      if (value(0) < 0) return 0;
+      const T start = kind == Kind::kOne   ? first.k[0]
+                      : kind == Kind::kMax ? std::max(first.k[0], second.k[0])
+                                           : std::min(first.k[0], second.k[0]);
+      if (start < 0) return 0;
       struct Interval {
         T from, to;
       };
       std::array<Interval, 80> open;
       std::size_t left = 0;
       open[left++] = {0, 1};
-      while (left > 0) {
+      for (int looked = 0; left > 0 && looked < 10000; ++looked) {
         const auto [from, to] = open[--left];
         const T half = (to - from) / 2, middle = from + half;
         const Range a = first.range(middle, half);
@@ -130,10 +144,12 @@ class AffineSeries {
         const T most = std::max(use_a ? a.most_slope : b.most_slope, use_b ? b.most_slope : a.most_slope);
         if (least > 0) continue;  // rises, and was not down before
         if (most < 0 || half < std::numeric_limits<T>::epsilon()) {
-          if (value(to) < 0) return root(from, to);
+          T value, slope;
+          evaluate(to, use_a, use_b, value, slope);
+          if (value < 0) return root(from, to, use_a, use_b);
           continue;
         }
-        if (left + 2 > open.size()) return from;
+        if (left + 2 > open.size()) break;
         open[left++] = {middle, to};
         open[left++] = {from, middle};
       }
@@ -141,11 +157,11 @@ class AffineSeries {
     }
 
     // Of a falling function: Newton, kept between what is known.
-    T root(T from, T to) const noexcept {
+    T root(T from, T to, bool use_first, bool use_second) const noexcept {
       T tau = from + (to - from) / 2;
       for (int i = 0; i < 200; ++i) {
         T value, slope;
-        evaluate(tau, value, slope);
+        evaluate(tau, use_first, use_second, value, slope);
         (value < 0 ? to : from) = tau;
         T next = tau - value / slope;
         if (!(next > from && next < to)) next = from + (to - from) / 2;
@@ -156,23 +172,23 @@ class AffineSeries {
     }
   };
 
+  // By how far the state and the forcing move at most.
+  bool stays(const AffineForm<T, S>& form) const noexcept {
+    T left = form.value(terms_[0], r_[0]) - std::fabs(form.h) * r_way_;
+    for (std::size_t i = 0; i < S; ++i) left -= std::fabs(form.c[i]) * way_[i];
+    return left > 0;
+  }
+
   // The form along the series, raised by what rounding can have taken from it: a state left on a border by an event
   // must not fire again.
   Polynomial polynomial(const AffineForm<T, S>& form) const noexcept {
     Polynomial p;
-    T size = std::fabs(form.d), rest = 0;
+    T size = std::fabs(form.d) + std::fabs(form.h) * (std::fabs(r_[0]) + r_way_);
     for (std::size_t i = 0; i < S; ++i) size += std::fabs(form.c[i]) * size_[i];
-    for (std::size_t n = 0; n <= order_; ++n) {
-      T sum = form.h * (n < order_ ? r_[n] : T(0));
-      size += std::fabs(sum);
-      for (std::size_t i = 0; i < S; ++i) sum += form.c[i] * terms_[n][i];
-      p.k[n] = sum;
-      if (n > 0) rest += std::fabs(sum);
-      p.curvature += static_cast<T>(n * (n - (n > 0))) * std::fabs(sum);
-    }
+    for (std::size_t n = 0; n <= order_; ++n) p.k[n] = form.h * r_[n] + dot(form.c, terms_[n]);
+    for (std::size_t n = 2; n <= order_; ++n) p.curvature += static_cast<T>(n * (n - 1)) * std::fabs(p.k[n]);
     const T rounding = 4 * std::numeric_limits<T>::epsilon() * size;
     p.k[0] += form.d + rounding;
-    p.floor = p.k[0] - rest;
     p.order = order_;
     while (p.order > 1 && std::fabs(p.k[p.order]) < rounding / 1024) --p.order;
     return p;
@@ -181,7 +197,8 @@ class AffineSeries {
   std::size_t order_;
   std::array<T, kTerms> r_{};
   std::array<State, kTerms> terms_{};
-  State size_{};  // of all that was added up
+  State way_{}, size_{};  // sums of moduli: of what moves, and of all that was added up
+  T r_way_ = 0;
 };
 
 }  // namespace farhand

@@ -1,13 +1,14 @@
-// Propagates a piecewise affine plant without step error: what is left is rounding. A tick in which no guard can fall is
-// two small products with responses that were computed once per mode and length. That no guard can fall is proved from
-// bounds of the flow, never sampled, so a contact that closes and opens between two ticks is not missed. Where the proof
-// fails, the way is halved, down to pieces so short that the solution is a power series; on it the fall is located to
-// rounding, the mode is changed and the way goes on.
+// Propagates a piecewise affine plant without step error: what is left is rounding. A tick in which no guard can fall
+// is two small products with responses that were computed once per mode and length. That no guard can fall is proved
+// from bounds of the flow, never sampled, so a contact that closes and opens between two ticks is not missed. Where the
+// proof fails, the way is halved, down to pieces so short that the solution is a power series; on it the fall is
+// located to rounding, the mode is changed and the way goes on.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -50,9 +51,10 @@ class ClosedForm {
     asked_ = 0;
     counters_ = {};
     status_ = IntegratorStatus::kOk;
-    x_ = x, t_ = base_ = t;
+    x_ = State{}, t_ = base_ = t;
     whole_ = false, pieces_ = 0;
-    if (!good(x_) || !std::isfinite(t_)) return diverge();
+    if (!good(x) || !std::isfinite(t_)) return diverge();
+    x_ = x;
     enter(plant);
   }
 
@@ -92,27 +94,31 @@ class ClosedForm {
  private:
   static constexpr std::size_t kNone = 0;  // blocks_[0] is never of use
   static constexpr std::size_t kBlocks = 40, kRates = 16, kPieces = 8;
-  static constexpr int kMaxSeries = 1'000'000;  // per advance; then it ends as chattering does
+  static constexpr int kMaxSeries = 100'000;  // per advance; then it ends as chattering does
   using Flow = AffineFlow<T, kStates>;
   using Guards = std::array<AffineGuard<T, kStates>, kGuards>;
   using Form = AffineForm<T, kStates>;
   using Response = AffineResponse<T, kStates>;
 
-  // How far a form can move from its value at the start of a block: by reach |x'| + drift |r - r(0)|.
+  // How far a form can move from its value at the start of a block: by reach |x'| + drift * (all the way that r goes).
   struct Bound {
     State reach{};
     T drift = 0;
   };
+  // What a block is for. The length may be off by `slack`; negative: for nothing.
+  struct Key {
+    Mode mode = 0;
+    T omega = 0, length = 0, slack = -1;
+  };
   // All that is needed to cross one length of time in one mode.
   struct Block {
-    Mode mode = 0;
-    T omega = 0;
-    T slack = -1;  // the length may be off by this; negative: of no use
     SquareMatrix<T, kStates> A{};
     State e{};
+    State b{}, gain{};  // b without input, and what the input adds
     Response response{};
     Guards guards{};
     std::array<std::array<Bound, 2>, kGuards> bounds{};
+    bool simple = false;  // no guard follows input or forcing directly, and each stays up if its first form does
   };
   // What at() needs: a smooth piece of the last advance. The forcing counts from its start.
   struct Piece {
@@ -125,6 +131,11 @@ class ClosedForm {
     Mode mode = 0;
     T value = 0;
   };
+  static constexpr bool kGuardsAreFixed = requires { requires !P::kInputMovesGuards; };
+  static constexpr bool kGivesGain = requires(const P& plant, Mode mode) {
+    { plant.held() } -> std::convertible_to<double>;
+    { plant.template held_gain<T>(mode) } -> std::same_as<State>;
+  };
   struct Budget {
     int events, series;
   };
@@ -136,7 +147,7 @@ class ClosedForm {
   }
   bool good(const State& x) const noexcept {
     bool all = true;
-    for (const T value : x) all = all && std::fabs(value) <= bound_;  // false for NaN
+    unrolled<kStates>([&](auto i) { all = all && std::fabs(x[i]) <= bound_; });  // false for NaN
     return all;
   }
   void diverge() noexcept {
@@ -145,15 +156,24 @@ class ClosedForm {
   }
 
   static State slope(const SquareMatrix<T, kStates>& A, const State& b, const State& e, T r, const State& x) noexcept {
-    State z = b;
-    for (std::size_t i = 0; i < kStates; ++i) {
-      z[i] += e[i] * r;
-      for (std::size_t j = 0; j < kStates; ++j) z[i] += A[i][j] * x[j];
-    }
+    State z;
+    unrolled<kStates>([&](auto i) { z[i] = (b[i] + e[i] * r) + dot(A[i], x); });
     return z;
   }
+  // b under the input that the plant holds now.
+  State offset(const P& plant, const Block& block) const noexcept {
+    if constexpr (kGivesGain) {
+      const T input = static_cast<T>(plant.held());
+      State b;
+      unrolled<kStates>([&](auto i) { b[i] = block.b[i] + block.gain[i] * input; });
+      return b;
+    } else {
+      return plant.template flow<T>(mode_).b;
+    }
+  }
 
-  // Of the forcing from its start on, over a length. What it adds to the state, and how far it moves.
+  // Of the forcing from its start on, over a length: what it adds to the state, and all the way that r goes, up and
+  // down.
   struct Push {
     State state{};
     T swing = 0;
@@ -161,81 +181,100 @@ class ClosedForm {
   static Push push(const Response& response, const Forcing<T>& r) noexcept {
     Push out;
     T power = 1;
-    for (std::size_t j = 1; j <= 5; ++j) {
+    unrolled<5>([&](auto j) {
       power *= response.length;
-      out.swing += std::fabs(r.polynomial[j]) * power;
-      for (std::size_t i = 0; i < kStates; ++i) out.state[i] += response.power[j - 1][i] * r.polynomial[j];
-    }
+      out.swing += std::fabs(r.polynomial[j + 1]) * power;
+      unrolled<kStates>([&](auto i) { out.state[i] += response.power[j][i] * r.polynomial[j + 1]; });
+    });
     if (r.sine != 0 || r.cosine != 0) {
-      const T turn = std::min(std::fabs(r.omega) * response.length, T(2));
-      out.swing += turn * (std::fabs(r.sine) + std::fabs(r.cosine));
+      out.swing += std::fabs(r.omega) * response.length * (std::fabs(r.sine) + std::fabs(r.cosine));
       for (std::size_t i = 0; i < kStates; ++i)
         out.state[i] += response.sine[i] * r.sine + response.cosine[i] * r.cosine;
     }
     return out;
   }
-  // The state after length + late; `late` is of first order only.
-  static State apply(const Response& response, const State& x, const State& z, const State& pushed, T late) noexcept {
-    State y = x;
-    for (std::size_t i = 0; i < kStates; ++i) {
-      T change = pushed[i] + late * z[i];
-      for (std::size_t j = 0; j < kStates; ++j) change += (response.Psi[i][j] + late * response.D[i][j]) * z[j];
-      y[i] += change;
-    }
+  // What an unforced state does in length + late; `late` is of first order only.
+  static State change(const Response& response, const State& z, T late) noexcept {
+    State y;
+    unrolled<kStates>([&](auto i) {
+      State row;  // Psi + late Phi
+      unrolled<kStates>(
+          [&](auto j) { row[j] = response.Psi[i][j] + late * (i == j ? response.D[i][j] + T(1) : response.D[i][j]); });
+      y[i] = dot(row, z);
+    });
+    return y;
+  }
+  static State sum(const State& a, const State& b) noexcept {
+    State y;
+    unrolled<kStates>([&](auto i) { y[i] = a[i] + b[i]; });
     return y;
   }
 
-  // No guard can fall in this block. `rounding` lets a state rest on a border.
-  static bool clear(const Block& block, const Guards& guards, const State& x, const State& z, T r, T swing,
-                    T rounding) noexcept {
+  // What is left of a form at least within a block, beyond what it may lose. NaN if anything is.
+  static T left_of(const Form& form, const Bound& bound, const State& x, const State& z, T r, T swing) noexcept {
+    State modulus;
+    unrolled<kStates>([&](auto i) { modulus[i] = std::fabs(z[i]); });
+    const T left = (form.d + dot(form.c, x)) - dot(bound.reach, modulus);
+    return bound.drift == 0 ? left : left + (form.h * r - bound.drift * swing);
+  }
+  // No guard can fall in this block. With kLenient by more than rounding, so that a state may rest on a border.
+  template <bool kLenient>
+  [[gnu::noinline]] static bool clear(const Block& block, const Guards& guards, const State& x, const State& z, T r,
+                                      T swing) noexcept {
     using Kind = typename AffineGuard<T, kStates>::Kind;
     const auto stays = [&](const Form& form, const Bound& bound) {
-      T left = form.d + form.h * r - bound.drift * swing;
-      for (std::size_t i = 0; i < kStates; ++i) left += form.c[i] * x[i] - bound.reach[i] * std::fabs(z[i]);
-      if (rounding > 0) {
+      T left = left_of(form, bound, x, z, r, swing);
+      if constexpr (kLenient) {
         T size = std::fabs(form.d) + std::fabs(form.h * r);
         for (std::size_t i = 0; i < kStates; ++i) size += std::fabs(form.c[i] * x[i]);
-        left += rounding * size;
+        left += std::numeric_limits<T>::epsilon() * size;
       }
-      return left > 0;  // false for NaN
+      return left > 0;
     };
     for (std::size_t i = 0; i < kGuards; ++i) {
       const auto& guard = guards[i];
       const auto& bound = block.bounds[i];
-      switch (guard.kind) {
-        case Kind::kNever:
-          continue;
-        case Kind::kOne:
-          if (!stays(guard.first, bound[0])) return false;
-          continue;
-        case Kind::kMax:
-          if (!stays(guard.first, bound[0]) && !stays(guard.second, bound[1])) return false;
-          continue;
-        case Kind::kMin:
-          if (!stays(guard.first, bound[0]) || !stays(guard.second, bound[1])) return false;
-          continue;
-      }
+      const bool first = guard.kind == Kind::kNever || stays(guard.first, bound[0]);
+      const bool both = guard.kind == Kind::kMin, either = guard.kind == Kind::kMax;
+      if ((first && !both) || ((first || either) && stays(guard.second, bound[1]))) continue;
+      return false;
     }
     return true;
   }
 
   // Crosses a block if it is proved to lie within the mode; else nothing happens. `since` counts from forcing_.begin.
-  bool cross(const Block& block, const Guards& guards, const State& b, T since, T late, T rounding) noexcept {
-    const Response& response = block.response;
-    State y;
-    if (unforced_) {
-      const T r = forcing_.polynomial[0];
-      const State z = slope(block.A, b, block.e, r, x_);
-      if (!clear(block, guards, x_, z, r, T(0), rounding)) return false;
-      y = apply(response, x_, z, State{}, late);
-    } else {
-      const Forcing<T> forcing = forcing_.later(since);
-      const T r = forcing.polynomial[0] + forcing.cosine;
-      const State z = slope(block.A, b, block.e, r, x_);
-      const Push pushed = push(response, forcing);
-      if (!clear(block, guards, x_, z, r, pushed.swing, rounding)) return false;
-      y = apply(response, x_, z, pushed.state, late);
-    }
+  template <bool kLenient>
+  bool cross(const Block& block, const Guards& guards, const State& b, T since, T late) noexcept {
+    if (!unforced_) return cross_forced<kLenient>(block, guards, b, since, late);
+    const T r = forcing_.polynomial[0];
+    const State z = slope(block.A, b, block.e, r, x_);
+    if (!clear_at_once(block, x_, z, T(0)) && !clear<kLenient>(block, guards, x_, z, r, T(0))) return false;
+    return move(sum(x_, change(block.response, z, late)));
+  }
+  template <bool kLenient>
+  [[gnu::noinline]] bool cross_forced(const Block& block, const Guards& guards, const State& b, T since,
+                                      T late) noexcept {
+    const Forcing<T> forcing = forcing_.later(since);
+    const T r = forcing.polynomial[0] + forcing.cosine;
+    const State z = slope(block.A, b, block.e, r, x_);
+    const Push pushed = push(block.response, forcing);
+    if (!clear_at_once(block, x_, z, pushed.swing) && !clear<kLenient>(block, guards, x_, z, r, pushed.swing))
+      return false;
+    return move(sum(x_, sum(change(block.response, z, late), pushed.state)));
+  }
+  // The usual case: all guards are far, and their first forms tell.
+  static bool clear_at_once(const Block& block, const State& x, const State& z, T swing) noexcept {
+    bool all = block.simple;
+    State modulus;
+    unrolled<kStates>([&](auto i) { modulus[i] = std::fabs(z[i]); });
+    unrolled<kGuards>([&](auto i) {
+      const Form& form = block.guards[i].first;
+      const Bound& bound = block.bounds[i][0];
+      all &= (form.d + dot(form.c, x)) - (dot(bound.reach, modulus) + bound.drift * swing) > 0;
+    });
+    return all;
+  }
+  bool move(const State& y) noexcept {
     if (!good(y)) return false;
     x_ = y;
     ++counters_.steps;
@@ -244,21 +283,22 @@ class ClosedForm {
 
   // The whole advance as one block, if there is one of this length.
   bool tick(const P& plant, double t1) noexcept {
+    const Key& key = keys_[current_];
+    const T late = (static_cast<T>(t1) - static_cast<T>(t_)) - key.length;
+    if (!(std::fabs(late) <= key.slack && t1 < next_break_)) return false;
     const Block& block = blocks_[current_];
-    const T late = (static_cast<T>(t1) - static_cast<T>(t_)) - block.response.length;
-    if (!(std::fabs(late) <= block.slack && t1 < next_break_)) return false;
-    const State b = plant.template flow<T>(mode_).b;
+    const State b = offset(plant, block);
     const State before = x_;
-    if (!cross(block, guards_in(plant, block), b, static_cast<T>(t_) - forcing_.begin, late, T(0))) return false;
+    if (!cross<false>(block, guards_in(plant, block), b, static_cast<T>(t_) - forcing_.begin, late)) return false;
     from_ = before, b_ = b, base_ = t_, whole_ = true;
     t_ = t1;
     return true;
   }
   decltype(auto) guards_in(const P& plant, const Block& block) const noexcept {
-    if constexpr (requires { requires !P::kInputMovesGuards; }) {
+    if constexpr (kGuardsAreFixed) {
       return (block.guards);
     } else {
-      return plant.template guard_forms<T>(block.mode);
+      return plant.template guard_forms<T>(mode_);
     }
   }
 
@@ -277,9 +317,8 @@ class ClosedForm {
   bool select(const P& plant, T length) noexcept {
     current_ = kNone;
     for (std::size_t i = 1; i <= filled_; ++i) {
-      const Block& block = blocks_[i];
-      if (block.mode == mode_ && std::fabs(length - block.response.length) <= block.slack && block.omega == omega())
-        current_ = i;
+      const Key& key = keys_[i];
+      if (key.mode == mode_ && std::fabs(length - key.length) <= key.slack && key.omega == omega()) current_ = i;
     }
     if (current_ == kNone && std::fabs(length - asked_) <= T(1e-6) * length) current_ = fill(plant, length);
     asked_ = length;
@@ -287,8 +326,8 @@ class ClosedForm {
   }
   const Block& block_of(const P& plant, T length) noexcept {
     for (std::size_t i = 1; i <= filled_; ++i) {
-      const Block& block = blocks_[i];
-      if (block.mode == mode_ && length == block.response.length && block.omega == omega()) return block;
+      const Key& key = keys_[i];
+      if (key.mode == mode_ && length == key.length && key.omega == omega()) return blocks_[i];
     }
     return blocks_[fill(plant, length)];
   }
@@ -308,6 +347,7 @@ class ClosedForm {
   bool unforced_ = true;
   double next_break_ = 0;
   std::vector<Block> blocks_;  // of fixed size
+  std::array<Key, kBlocks> keys_{};
   std::size_t current_ = kNone, filled_ = kNone, oldest_ = kNone;
   std::array<Rate, kRates> rates_{};
   std::size_t rates_known_ = 0;
@@ -333,14 +373,16 @@ std::size_t ClosedForm<P, T>::fill(const P& plant, T length) noexcept {
   Block& block = blocks_[oldest_];
   const AffineFlow<W, kStates> flow = plant.template flow<W>(mode_);
   const W rate = fastest_rate_of(flow.A);
-  const AffineResponse<W, kStates> wide = respond(flow.A, flow.e, static_cast<W>(omega()), static_cast<W>(length));
-  block.mode = mode_;
-  block.omega = omega();
+  std::array<std::array<W, kStates>, 2 * kGuards> rows{};
+  const auto forms = plant.template guard_forms<W>(mode_);
+  for (std::size_t g = 0; g < kGuards; ++g) rows[2 * g] = forms[g].first.c, rows[2 * g + 1] = forms[g].second.c;
+  const auto wide = respond(flow.A, flow.e, static_cast<W>(omega()), static_cast<W>(length), rows);
   block.guards = plant.template guard_forms<T>(mode_);
   block.response.length = length;
   // Late is of first order: its square must not show.
-  const T fastest = static_cast<T>(std::max(rate, std::fabs(static_cast<W>(block.omega))));
-  block.slack = std::min(T(1e-6) * length, std::sqrt(std::numeric_limits<T>::epsilon()) / 8 / fastest);
+  const T fastest = std::max(static_cast<T>(rate), std::fabs(omega()));
+  keys_[oldest_] = {mode_, omega(), length,
+                    std::min(T(1e-6) * length, std::sqrt(std::numeric_limits<T>::epsilon()) / 8 / fastest)};
   const auto narrow = [](const std::array<W, kStates>& from, State& to) {
     for (std::size_t i = 0; i < kStates; ++i) to[i] = static_cast<T>(from[i]);
   };
@@ -353,24 +395,31 @@ std::size_t ClosedForm<P, T>::fill(const P& plant, T length) noexcept {
   narrow(wide.sine, block.response.sine);
   narrow(wide.cosine, block.response.cosine);
   narrow(flow.e, block.e);
+  if constexpr (kGivesGain) {
+    block.gain = plant.template held_gain<T>(mode_);
+    const std::array<W, kStates> gain = plant.template held_gain<W>(mode_);
+    for (std::size_t i = 0; i < kStates; ++i)
+      block.b[i] = static_cast<T>(flow.b[i] - gain[i] * static_cast<W>(plant.held()));
+  }
+  block.simple = kGuardsAreFixed;
+  for (auto& guard : block.guards) {
+    using Kind = typename AffineGuard<T, kStates>::Kind;
+    if (guard.kind == Kind::kNever) guard.first = {{}, T(1), T(0)};
+    block.simple = block.simple && guard.kind != Kind::kMin && guard.first.h == 0;
+  }
   // A millionth more covers their rounding, and the block being late.
-  const auto bound_of = [&wide, &flow](const Form& form) {
-    Bound bound;
-    W drift = 0;
-    for (std::size_t j = 0; j < kStates; ++j) {
-      W reach = 0;
-      for (std::size_t i = 0; i < kStates; ++i) {
-        const W slope = std::fabs(static_cast<W>(form.c[i]));
-        reach += slope * wide.reach[i][j];
-        drift += slope * wide.travel[i][j] * std::fabs(flow.e[j]);
+  for (std::size_t g = 0; g < kGuards; ++g) {
+    for (const bool second : {false, true}) {
+      const auto& form = second ? forms[g].second : forms[g].first;
+      Bound& bound = block.bounds[g][second];
+      W drift = std::fabs(form.h);
+      for (std::size_t j = 0; j < kStates; ++j) {
+        drift += wide.reach[2 * g + second][j] * std::fabs(flow.e[j]);
+        bound.reach[j] = static_cast<T>(wide.reach[2 * g + second][j] * W(1.000001));
       }
-      bound.reach[j] = static_cast<T>(reach * W(1.000001));
+      bound.drift = static_cast<T>(drift * W(1.000001));
     }
-    bound.drift = static_cast<T>((drift + std::fabs(static_cast<W>(form.h))) * W(1.000001));
-    return bound;
-  };
-  for (std::size_t g = 0; g < kGuards; ++g)
-    block.bounds[g] = {bound_of(block.guards[g].first), bound_of(block.guards[g].second)};
+  }
   ++counters_.jacobians;
   return oldest_;
 }
@@ -387,17 +436,23 @@ T ClosedForm<P, T>::rate_of(const P& plant) noexcept {
 
 template <AffinePlant P, class T>
 void ClosedForm<P, T>::walk(const P& plant, double t1) noexcept {
-  if (!(t1 > t_) || status_ == IntegratorStatus::kDiverged) return;
+  if (!(t1 > t_)) return;
   if (!std::isfinite(t1)) return diverge();
-  if (select(plant, static_cast<T>(t1) - static_cast<T>(t_)) && tick(plant, t1)) return;
-  base_ = t_, whole_ = false, pieces_ = 0;
-  Budget budget{max_events_, kMaxSeries};
-  while (t_ < t1) {
-    const double stop = std::fmin(t1, next_break_);
-    if (!walk_smoothly(plant, static_cast<T>(stop) - static_cast<T>(t_), budget)) return diverge();
-    t_ = stop;
-    if (stop == next_break_) enter(plant);
+  if (status_ != IntegratorStatus::kDiverged) {
+    if (select(plant, static_cast<T>(t1) - static_cast<T>(t_)) && tick(plant, t1)) return;
+    base_ = t_, whole_ = false, pieces_ = 0;
+    Budget budget{max_events_, status_ == IntegratorStatus::kOk ? kMaxSeries : kMaxSeries / 1000};
+    while (t_ < t1) {
+      const double stop = std::fmin(t1, next_break_);
+      if (!walk_smoothly(plant, static_cast<T>(stop) - static_cast<T>(t_), budget)) {
+        diverge();
+        break;
+      }
+      t_ = stop;
+      if (stop == next_break_) enter(plant);
+    }
   }
+  t_ = t1;  // of what has diverged, only the time goes on
 }
 
 // Through all events up to `length` after t_, between two breaks of the forcing.
@@ -415,7 +470,7 @@ bool ClosedForm<P, T>::walk_smoothly(const P& plant, T length, Budget& budget) n
     if (!(fastest * length < T(1e15))) return false;
     last_[pieces_++ % kPieces] = {flow, forcing_.later(begun + (length - rest)), x_,
                                   (static_cast<T>(t_) - static_cast<T>(base_)) + (length - rest)};
-    int largest = std::numeric_limits<int>::max();  // binary exponent of the largest block worth a trial
+    int largest = -std::ilogb(fastest) + 2;  // binary exponent of the largest block worth a trial: small after an event
     bool same_mode = true;
     while (rest > 0 && same_mode) {
       const T since = begun + (length - rest);
@@ -424,7 +479,7 @@ bool ClosedForm<P, T>::walk_smoothly(const P& plant, T length, Budget& budget) n
         bool crossed = false;
         for (; !crossed && std::ldexp(fastest, exponent) > 1; exponent -= !crossed) {
           const Block& block = block_of(plant, std::ldexp(T(1), exponent));
-          crossed = cross(block, guards, flow.b, since, T(0), std::numeric_limits<T>::epsilon());
+          crossed = cross<true>(block, guards, flow.b, since, T(0));
         }
         largest = exponent + 1;
         if (crossed) {
@@ -434,15 +489,14 @@ bool ClosedForm<P, T>::walk_smoothly(const P& plant, T length, Budget& budget) n
       }
       const T step = fastest * rest > T(1.0001) ? 1 / fastest : rest;
       const AffineSeries<T, kStates> series(flow, forcing_.later(since), x_, fastest, step);
+      if (!good(series.at(1))) return false;
       T tau = 1;
       std::size_t fallen = kGuards;
       for (std::size_t i = 0; i < kGuards; ++i) {
         const T fall = series.first_fall(guards[i]);
         if (fall >= 0 && (fall < tau || fallen == kGuards)) tau = fall, fallen = i;
       }
-      const State y = series.at(tau);
-      if (!good(y)) return false;
-      x_ = y;
+      x_ = series.at(tau);
       ++counters_.steps;
       if (fallen == kGuards) {
         rest -= step;
@@ -473,7 +527,7 @@ typename ClosedForm<P, T>::State ClosedForm<P, T>::flown(const Piece& piece, T s
   if (fastest * s <= 1) return AffineSeries<T, kStates>(flow, piece.forcing, piece.x, fastest, s).at(1);
   const Response response = respond(flow.A, flow.e, piece.forcing.omega, s);
   const State z = slope(flow.A, flow.b, flow.e, piece.forcing.polynomial[0] + piece.forcing.cosine, piece.x);
-  return apply(response, piece.x, z, push(response, piece.forcing).state, T(0));
+  return sum(piece.x, sum(change(response, z, T(0)), push(response, piece.forcing).state));
 }
 
 }  // namespace farhand

@@ -84,7 +84,7 @@ class Integrator {
   static constexpr std::size_t kNone = P::kGuards;
   static constexpr int kMaxHalvings = 30;
   static constexpr int kMaxSearch = 80;
-  static constexpr double kSearchTolerance = 1e-13;  // of the length of the step
+  static constexpr double kSearchTolerance = 1e-15;  // of the length of the step
   static constexpr double kShortest = 1e-6;          // step of the adaptive pair, of max_step
 
   bool within_bounds(const State& x) const noexcept {
@@ -176,7 +176,8 @@ class Integrator {
         error = part < kHopeless ? std::fmax(error, part) : kHopeless;
       }
       const double factor = std::pow(error, kExponent) / std::pow(last_error_, kBeta) / 0.9;
-      if (error <= 1.0 || h <= shortest) {
+      if (error <= 1.0 || wanted <= shortest) {
+        if (error > 1.0) ++work_.counters.unmet;
         const double proposal = std::min(settings_.max_step, h / std::clamp(factor, 0.1, 5.0));
         next_step_ = std::max(shortest, h < wanted ? std::max(wanted, proposal) : proposal);
         last_error_ = std::fmax(error, 1e-4);

@@ -11,6 +11,9 @@
 #include <cstddef>
 #include <limits>
 #include <type_traits>
+#include <utility>
+
+#include "common/integrate/affine.hpp"
 
 namespace farhand {
 
@@ -19,6 +22,16 @@ using Wide = std::conditional_t<(sizeof(T) < sizeof(long double)), long double, 
 
 template <class T, std::size_t S>
 using SquareMatrix = std::array<std::array<T, S>, S>;
+
+// Even and odd terms apart: the sum is on the way from one tick to the next.
+template <class T, std::size_t S>
+T dot(const std::array<T, S>& a, const std::array<T, S>& b) noexcept {
+  std::array<T, 2> sum{a[0] * b[0], S > 1 ? a[S > 1] * b[S > 1] : T(0)};
+  unrolled<S>([&](auto i) {
+    if constexpr (i > 1) sum[i % 2] += a[i] * b[i];
+  });
+  return sum[0] + sum[1];
+}
 
 template <class T, std::size_t S>
 std::array<T, S> times(const SquareMatrix<T, S>& A, const std::array<T, S>& x) noexcept {
@@ -44,22 +57,21 @@ SquareMatrix<T, S> times(const SquareMatrix<T, S>& A, const SquareMatrix<T, S>& 
 // frequency.
 template <class T, std::size_t S>
 struct Balanced {
-  T rate = 0;                // that norm: no motion of x' = A x is faster, 1/s
-  std::array<T, S> units{};  // of the state
+  T rate = 0;    // that norm: no motion of x' = A x is faster, 1/s
+  T growth = 0;  // in those units, the state's length grows no faster; 0 for a mass on springs and dampers
+  std::array<T, S> units{};
 };
+
 template <class T, std::size_t S>
 Balanced<T, S> balance(const SquareMatrix<T, S>& A) noexcept {
-  SquareMatrix<T, S> m{};
-  for (std::size_t i = 0; i < S; ++i) {
-    for (std::size_t j = 0; j < S; ++j) m[i][j] = std::fabs(A[i][j]);
-  }
+  SquareMatrix<T, S> m = A;
   Balanced<T, S> out;
   out.units.fill(1);
   for (int sweep = 0; sweep < 8; ++sweep) {
     for (std::size_t i = 0; i < S; ++i) {
       T row = 0, column = 0;
       for (std::size_t j = 0; j < S; ++j) {
-        if (j != i) row += m[i][j], column += m[j][i];
+        if (j != i) row += std::fabs(m[i][j]), column += std::fabs(m[j][i]);
       }
       if (!(row > 0 && column > 0)) continue;
       const T unit = std::sqrt(row / column);
@@ -69,30 +81,48 @@ Balanced<T, S> balance(const SquareMatrix<T, S>& A) noexcept {
       out.units[i] *= unit;
     }
   }
-  for (const auto& row : m) {
-    T sum = 0;
-    for (const T entry : row) sum += entry;
+  for (std::size_t i = 0; i < S; ++i) {
+    T sum = std::fabs(m[i][i]), growth = m[i][i];
+    for (std::size_t j = 0; j < S; ++j) {
+      if (j != i) sum += std::fabs(m[i][j]), growth += std::fabs(m[i][j] + m[j][i]) / 2;
+    }
     if (!(sum <= out.rate)) out.rate = sum;  // keeps NaN
+    out.growth = std::max(out.growth, growth);
   }
   return out;
 }
+
 template <class T, std::size_t S>
 T fastest_rate_of(const SquareMatrix<T, S>& A) noexcept {
   return balance(A).rate;
 }
 
-// How fast the length of the state can grow in those units, 1/s: not at all for a mass on springs and dampers.
+// y with y A = c; no number if there is none.
 template <class T, std::size_t S>
-T growth_of(const SquareMatrix<T, S>& A, const std::array<T, S>& units) noexcept {
-  T growth = 0;
+std::array<T, S> solve_row(const SquareMatrix<T, S>& A, const std::array<T, S>& c) noexcept {
+  SquareMatrix<T, S> m{};  // transposed
+  std::array<T, S> y = c;
   for (std::size_t i = 0; i < S; ++i) {
-    T bound = A[i][i];
-    for (std::size_t j = 0; j < S; ++j) {
-      if (j != i) bound += std::fabs(A[i][j] * units[j] / units[i] + A[j][i] * units[i] / units[j]) / 2;
-    }
-    growth = std::max(growth, bound);
+    for (std::size_t j = 0; j < S; ++j) m[i][j] = A[j][i];
   }
-  return growth;
+  for (std::size_t k = 0; k < S; ++k) {
+    std::size_t pivot = k;
+    for (std::size_t i = k + 1; i < S; ++i) {
+      if (std::fabs(m[i][k]) > std::fabs(m[pivot][k])) pivot = i;
+    }
+    std::swap(m[k], m[pivot]);
+    std::swap(y[k], y[pivot]);
+    for (std::size_t i = k + 1; i < S; ++i) {
+      const T factor = m[i][k] / m[k][k];
+      for (std::size_t j = k; j < S; ++j) m[i][j] -= factor * m[k][j];
+      y[i] -= factor * y[k];
+    }
+  }
+  for (std::size_t k = S; k-- > 0;) {
+    for (std::size_t j = k + 1; j < S; ++j) y[k] -= m[k][j] * y[j];
+    y[k] /= m[k][k];
+  }
+  return y;
 }
 
 // Terms after which a Taylor series of exp(x), 0 <= x <= 1, changes nothing any more. The forcing has degree 5.
@@ -107,7 +137,7 @@ std::size_t taylor_order(T x) noexcept {
 // Phi(s) = exp(A s), Psi(s) = its integral from 0 to s. With z = A x + b + e r(0), the state's slope at the start,
 //   x(s) = x + Psi z + sum_j power[j-1] p_j + sine S + cosine C
 // for r = p_0 + sum_j p_j s^j + S sin(omega s) + C cos(omega s).
-template <class T, std::size_t S>
+template <class T, std::size_t S, std::size_t R = 0>
 struct AffineResponse {
   T length = 0;
   SquareMatrix<T, S> D{};  // Phi - I
@@ -115,51 +145,59 @@ struct AffineResponse {
   std::array<std::array<T, S>, 5> power{};  // to s, s^2 ... s^5
   std::array<T, S> sine{}, cosine{};        // to sin(omega s) and cos(omega s) - 1
 
-  // Bounds, entry by entry, over the whole of 0..length: of |Psi(s)|, and of the integral of |Phi|.
-  SquareMatrix<T, S> reach{}, travel{};
+  // For rows c that look at the state: bounds of |c Psi(s)|, entry by entry, for all s from 0 to length.
+  std::array<std::array<T, S>, R> reach{};
 };
 
 // Everything is NaN if the fastest rate times the length is beyond 2^100 or not a number.
-template <class T, std::size_t S>
-AffineResponse<T, S> respond(const SquareMatrix<T, S>& A, const std::array<T, S>& e, T omega, T length) noexcept {
+template <class T, std::size_t S, std::size_t R = 0>
+AffineResponse<T, S, R> respond(const SquareMatrix<T, S>& A, const std::array<T, S>& e, T omega, T length,
+                                const std::array<std::array<T, S>, R>& rows = {}) noexcept {
   using Vector = std::array<T, S>;
-  const Balanced<T, S> balanced = balance(A);
-  const T rate = balanced.rate;
-  AffineResponse<T, S> out;
+  AffineResponse<T, S, R> out;
   out.length = length;
-  const T fastest = std::max(rate, std::fabs(omega));
+  const Balanced<T, S> balanced = balance(A);
+  const T fastest = std::max(balanced.rate, std::fabs(omega));
   int doublings = 0;
   T h = length;
   for (; doublings < 101 && fastest * h > T(0.5); ++doublings) h /= 2;
   if (!(fastest * h <= T(0.5))) {
     for (auto& row : out.Psi) row.fill(std::numeric_limits<T>::quiet_NaN());
-    out.reach = out.travel = out.D = out.Psi;
+    for (auto& row : out.reach) row.fill(std::numeric_limits<T>::quiet_NaN());
+    out.D = out.Psi;
     return out;
   }
   const std::size_t order = taylor_order<T>(T(0.5));
 
-  SquareMatrix<T, S> B{}, modulus{};
-  for (std::size_t i = 0; i < S; ++i) {
-    for (std::size_t j = 0; j < S; ++j) B[i][j] = A[i][j] * h, modulus[i][j] = std::fabs(B[i][j]);
+  SquareMatrix<T, S> B = A;
+  for (auto& row : B) {
+    for (T& entry : row) entry *= h;
   }
-  // h (I + B/2 (I + B/3 (...)))
-  const auto integral = [h, order](const SquareMatrix<T, S>& M) {
-    SquareMatrix<T, S> sum{};
-    for (std::size_t i = 0; i < S; ++i) sum[i][i] = 1;
-    for (std::size_t n = order; n >= 2; --n) {
-      sum = times(M, sum);
-      for (std::size_t i = 0; i < S; ++i) {
-        for (std::size_t j = 0; j < S; ++j) sum[i][j] = sum[i][j] / static_cast<T>(n) + (i == j ? T(1) : T(0));
-      }
+  // Psi = h (I + B/2 (I + B/3 (...)))
+  for (std::size_t i = 0; i < S; ++i) out.Psi[i][i] = 1;
+  for (std::size_t n = order; n >= 2; --n) {
+    out.Psi = times(B, out.Psi);
+    for (std::size_t i = 0; i < S; ++i) {
+      for (std::size_t j = 0; j < S; ++j) out.Psi[i][j] = out.Psi[i][j] / static_cast<T>(n) + (i == j ? T(1) : T(0));
     }
-    for (auto& row : sum) {
-      for (T& entry : row) entry *= h;
-    }
-    return sum;
-  };
-  out.Psi = integral(B);
+  }
+  for (auto& row : out.Psi) {
+    for (T& entry : row) entry *= h;
+  }
   out.D = times(A, out.Psi);
-  out.reach = out.travel = integral(modulus);
+  // c Psi is the sum of c B^n h/(n+1)!, and every term grows with s.
+  for (std::size_t r = 0; r < R; ++r) {
+    Vector term = rows[r];
+    for (T& entry : term) entry *= h;
+    for (std::size_t n = 1; n <= order + 1; ++n) {
+      Vector next{};
+      for (std::size_t j = 0; j < S; ++j) {
+        out.reach[r][j] += std::fabs(term[j]);
+        for (std::size_t i = 0; i < S; ++i) next[j] += term[i] * B[i][j] / static_cast<T>(n + 1);
+      }
+      term = next;
+    }
+  }
   // The response to s^j: h^(j+1)/(j+1) (I + B/(j+2) (I + B/(j+3) (...))) e
   bool forced = false;
   for (const T entry : e) forced = forced || entry != 0;
@@ -195,19 +233,15 @@ AffineResponse<T, S> respond(const SquareMatrix<T, S>& A, const std::array<T, S>
   }
 
   for (int doubling = 0; doubling < doublings; ++doubling, h *= 2) {
-    SquareMatrix<T, S> Phi = out.D, modulus_Phi{};
-    for (std::size_t i = 0; i < S; ++i) Phi[i][i] += 1;
-    for (std::size_t i = 0; i < S; ++i) {
-      for (std::size_t j = 0; j < S; ++j) modulus_Phi[i][j] = std::fabs(Phi[i][j]);
-    }
-    // Psi(s + h) = Psi(h) + Psi(s) Phi(h), and |Phi(s + h)| <= |Phi(s)| |Phi(h)|
-    const SquareMatrix<T, S> further = times(out.reach, modulus_Phi), beyond = times(out.travel, modulus_Phi);
-    for (std::size_t i = 0; i < S; ++i) {
-      for (std::size_t j = 0; j < S; ++j) {
-        out.travel[i][j] += beyond[i][j];
-        const T reached = std::max(out.reach[i][j], std::fabs(out.Psi[i][j]) + further[i][j]);
-        out.reach[i][j] = std::min(reached, out.travel[i][j]);
+    for (std::size_t r = 0; r < R; ++r) {  // c Psi(s + h) = c Psi(h) + c Psi(s) Phi(h)
+      Vector there{}, further{};
+      for (std::size_t i = 0; i < S; ++i) {
+        for (std::size_t j = 0; j < S; ++j) {
+          there[j] += rows[r][i] * out.Psi[i][j];
+          further[j] += out.reach[r][i] * std::fabs(out.D[i][j] + (i == j ? T(1) : T(0)));
+        }
       }
+      for (std::size_t j = 0; j < S; ++j) out.reach[r][j] = std::max(out.reach[r][j], std::fabs(there[j]) + further[j]);
     }
     if (forced) {
       // Over the second half the forcing is (h + s)^j, sin(omega h + omega s) ...: sums of the responses to the first.
@@ -241,6 +275,19 @@ AffineResponse<T, S> respond(const SquareMatrix<T, S>& A, const std::array<T, S>
       for (std::size_t j = 0; j < S; ++j) {
         out.D[i][j] += out.D[i][j] + D2[i][j];
         out.Psi[i][j] += out.Psi[i][j] + further_Psi[i][j];
+      }
+    }
+  }
+  // Each doubling may have counted anew what an undamped motion only repeats. Where the state's length cannot grow,
+  // c Psi = y (Phi - I) with y A = c bounds it for all times.
+  if (balanced.growth * length < T(1e-6)) {
+    for (std::size_t r = 0; r < R; ++r) {
+      const Vector y = solve_row(A, rows[r]);
+      T size = 0;
+      for (std::size_t i = 0; i < S; ++i) size += y[i] * y[i] * balanced.units[i] * balanced.units[i];
+      for (std::size_t j = 0; j < S; ++j) {
+        const T bound = (std::sqrt(size) / balanced.units[j] + std::fabs(y[j])) * T(1.000002);
+        if (bound < out.reach[r][j]) out.reach[r][j] = bound;
       }
     }
   }

@@ -44,6 +44,7 @@ struct IntegratorCounters {
   std::uint64_t derivatives = 0;  // evaluations, those of rejected and repeated steps included
   std::uint64_t jacobians = 0;
   std::uint64_t rejected = 0;  // error too large, or Newton did not converge
+  std::uint64_t unmet = 0;     // accepted although the error was too large: the step could not be shorter
 };
 
 struct IntegratorSettings {

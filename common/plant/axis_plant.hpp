@@ -58,6 +58,7 @@ class AxisPlant {
   }
 
   void hold(double torque) noexcept { torque_ = torque; }
+  double held() const noexcept { return torque_; }
   State start() const noexcept {
     State s{};
     s[0] = start_;
@@ -146,6 +147,10 @@ class AxisPlant {
     flow.b[1] = (torque.d - (kHasCoulomb ? T(direction(mode)) * T(coulomb_) : T(0))) / J;
     flow.e[1] = T(1) / J;
     return flow;
+  }
+  template <class T>
+  std::array<T, kStates> held_gain(Mode mode) const noexcept requires(!kHasBristle) {
+    return {T(0), sticks(mode) ? T(0) : T(1) / (T(axis_.J()) + T(load_.inertia()))};
   }
   template <class T>
   Forcing<T> forcing(double t) const noexcept requires(!kHasBristle) {

@@ -80,6 +80,7 @@ class SeriesElasticPlantWith {
   void hold(double v_command) noexcept {
     v_allowed_ = std::clamp(v_command, -p_.motor_speed_limit, p_.motor_speed_limit);
   }
+  double held() const noexcept { return v_allowed_; }
   State start() const noexcept {
     State s{};
     s[kX] = s[kXMotor] = start_;
@@ -155,6 +156,10 @@ class SeriesElasticPlantWith {
     flow.b[kV] = torque.d / T(p_.J);
     flow.b[kVMotor] = T(drive_rate_) * T(v_allowed_);
     return flow;
+  }
+  template <class T>
+  std::array<T, kStates> held_gain(Mode /*mode*/) const noexcept requires(!kHasBristle) {
+    return {T(0), T(0), T(0), T(drive_rate_)};
   }
   template <class T>
   Forcing<T> forcing(double t) const noexcept requires(!kHasBristle) {

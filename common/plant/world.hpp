@@ -25,6 +25,7 @@ class WorldEngine {
   virtual double encoder() const noexcept = 0;
   virtual double motor_encoder() const noexcept = 0;  // the joint's where there is no other
   virtual double stored_energy() const noexcept = 0;
+  virtual PowerFlow power() const noexcept = 0;
   virtual Method method() const noexcept = 0;
   virtual IntegratorCounters counters() const noexcept = 0;
   virtual IntegratorStatus status() const noexcept = 0;
@@ -60,7 +61,8 @@ class World {
   double true_f() const noexcept { return truth().f; }
   double encoder() const noexcept { return engine_->encoder(); }
   double motor_encoder() const noexcept { return engine_->motor_encoder(); }
-  double stored_energy() const noexcept { return engine_->stored_energy(); }
+  double stored_energy() const noexcept { return engine_->stored_energy(); }  // J
+  PowerFlow power() const noexcept { return engine_->power(); }
 
   Method method() const noexcept { return engine_->method(); }  // never kAuto
   IntegratorCounters counters() const noexcept { return engine_->counters(); }

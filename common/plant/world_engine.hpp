@@ -39,6 +39,10 @@ class EngineOf final : public WorldEngine<typename P::Truth> {
     }
   }
   double stored_energy() const noexcept override { return plant_.stored_energy(solver_.time(), solver_.state()); }
+  PowerFlow power() const noexcept override {
+    const double t = solver_.time();
+    return plant_.power(plant_.mode_at(t, solver_.state()), t, solver_.state());
+  }
   Method method() const noexcept override { return method_; }
   IntegratorCounters counters() const noexcept override { return solver_.counters(); }
   IntegratorStatus status() const noexcept override { return solver_.status(); }

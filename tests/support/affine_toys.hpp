@@ -22,11 +22,16 @@ struct ToyPlant {
   using State = std::array<double, 2>;
 
   double J = 0.004, viscous = 0.002, k = 0, arm = 0;
-  std::vector<ToyContact> contacts = {};       // at most kGuards
+  std::vector<ToyContact> contacts = {};     // at most kGuards
   std::vector<Forcing<double>> motion = {};  // by time
   double input = 0;
 
   void hold(double torque) { input = torque; }
+  double held() const noexcept { return input; }
+  template <class T>
+  std::array<T, 2> held_gain(Mode) const noexcept {
+    return {T(0), T(1) / T(J)};
+  }
   const char* not_affine() const noexcept { return nullptr; }
 
   template <class T>
@@ -58,9 +63,8 @@ struct ToyPlant {
       if ((mode >> i & 1) != 0) {
         all[i] = {Guard::Kind::kOne, push, {}};
       } else {
-        all[i] = {Guard::Kind::kMax,
-                  {{-T(c.side), T(0)}, T(c.side) * T(c.at), 0},
-                  {{-push.c[0], -push.c[1]}, -push.d, 0}};
+        all[i] = {
+            Guard::Kind::kMax, {{-T(c.side), T(0)}, T(c.side) * T(c.at), 0}, {{-push.c[0], -push.c[1]}, -push.d, 0}};
       }
     }
     return all;

@@ -160,4 +160,146 @@ struct StickSlip {
   }
 };
 
+// A mass under constant acceleration and two one-sided springs that resist motion above `at`: a ceiling of two layers.
+struct Ceiling {
+  static constexpr std::size_t kStates = 2, kGuards = 2;
+  using State = std::array<double, 2>;
+  std::array<double, 2> at, k;
+  double b = 0, acceleration = -9.81;
+
+  double push(std::size_t i, const State& x) const noexcept { return k[i] * (x[0] - at[i]) + b * x[1]; }
+  static bool pushing(Mode mode, std::size_t i) noexcept { return (mode >> i & 1u) != 0; }
+  Mode mode_at(double, const State& x) const noexcept {
+    Mode mode = 0;
+    for (std::size_t i = 0; i < 2; ++i)
+      if (x[0] >= at[i] && push(i, x) > 0) mode |= 1u << i;
+    return mode;
+  }
+  State derivative(Mode mode, double, const State& x) const noexcept {
+    double a = acceleration;
+    for (std::size_t i = 0; i < 2; ++i)
+      if (pushing(mode, i)) a -= push(i, x);
+    return {x[1], a};
+  }
+  StateMatrix<2> jacobian(Mode mode, double, const State&) const noexcept {
+    StateMatrix<2> J{{{0.0, 1.0}, {0.0, 0.0}}};
+    for (std::size_t i = 0; i < 2; ++i)
+      if (pushing(mode, i)) J[1][0] -= k[i], J[1][1] -= b;
+    return J;
+  }
+  State time_derivative(Mode, double, const State&) const noexcept { return {}; }
+  std::array<double, 2> guards(Mode mode, double, const State& x) const noexcept {
+    std::array<double, 2> g;
+    for (std::size_t i = 0; i < 2; ++i) g[i] = pushing(mode, i) ? push(i, x) : -std::fmin(x[0] - at[i], push(i, x));
+    return g;
+  }
+  Mode cross(Mode mode, std::size_t guard, double, State&) const noexcept { return mode ^ 1u << guard; }
+  double next_break(double) const noexcept { return kNever; }
+};
+
+// A ball that keeps `restitution` of its speed at each touch of the floor: infinitely many in finite time.
+struct Ball {
+  static constexpr std::size_t kStates = 2, kGuards = 1;
+  using State = std::array<double, 2>;
+  double restitution = 0.5, gravity = 9.81;
+
+  Mode mode_at(double, const State&) const noexcept { return 0; }
+  State derivative(Mode, double, const State& x) const noexcept { return {x[1], -gravity}; }
+  StateMatrix<2> jacobian(Mode, double, const State&) const noexcept { return {{{0.0, 1.0}, {0.0, 0.0}}}; }
+  State time_derivative(Mode, double, const State&) const noexcept { return {}; }
+  std::array<double, 1> guards(Mode, double, const State& x) const noexcept { return {x[0]}; }
+  Mode cross(Mode mode, std::size_t, double, State& x) const noexcept {
+    x = {0.0, -restitution * x[1]};
+    return mode;
+  }
+  double next_break(double) const noexcept { return kNever; }
+};
+
+// A block of mass 1 under a held force and dry friction, which sticks unless it is told never to.
+struct Block {
+  static constexpr std::size_t kStates = 2, kGuards = 1;
+  using State = std::array<double, 2>;
+  double friction = 1.0;
+  bool sticks = true;
+  double force = 0.0;
+
+  enum : Mode { kStick, kForward, kBackward };
+  void hold(double input) noexcept { force = input; }
+  Mode direction(double along) const noexcept { return along < 0 ? kBackward : kForward; }
+  Mode mode_at(double, const State& x) const noexcept {
+    if (x[1] != 0) return direction(x[1]);
+    return sticks && std::fabs(force) <= friction ? kStick : direction(force);
+  }
+  State derivative(Mode mode, double, const State& x) const noexcept {
+    if (mode == kStick) return {};
+    return {x[1], force - (mode == kForward ? friction : -friction)};
+  }
+  StateMatrix<2> jacobian(Mode mode, double, const State&) const noexcept {
+    return {{{0.0, mode == kStick ? 0.0 : 1.0}, {0.0, 0.0}}};
+  }
+  State time_derivative(Mode, double, const State&) const noexcept { return {}; }
+  std::array<double, 1> guards(Mode mode, double, const State& x) const noexcept {
+    return {mode == kStick ? friction - std::fabs(force) : mode == kForward ? x[1] : -x[1]};
+  }
+  Mode cross(Mode mode, std::size_t, double, State& x) const noexcept {
+    if (!sticks) return mode == kForward ? kBackward : kForward;
+    const bool stuck = mode == kStick;
+    x[1] = 0.0;
+    return !stuck && std::fabs(force) <= friction ? kStick : direction(force);
+  }
+  double next_break(double) const noexcept { return kNever; }
+};
+
+// The driven oscillator, whose drive is cut off at once.
+struct CutOff : Driven {
+  double end;
+  explicit CutOff(double t) : end(t) {}
+  State derivative(Mode mode, double t, const State& x) const noexcept {
+    return t < end ? Driven::derivative(mode, t, x) : State{x[1], -9.0 * x[0]};
+  }
+  State time_derivative(Mode mode, double t, const State& x) const noexcept {
+    return t < end ? Driven::time_derivative(mode, t, x) : State{};
+  }
+  double next_break(double t) const noexcept { return t < end ? end : kNever; }
+  State exact_after(double t) const {
+    const State at_end = exact(end);
+    const double c = std::cos(3.0 * (t - end)), s = std::sin(3.0 * (t - end));
+    return {at_end[0] * c + at_end[1] / 3.0 * s, at_end[1] * c - 3.0 * at_end[0] * s};
+  }
+};
+
+// A mass on a bristle (LuGre), pulled to and fro: F = s0 z + s1 z' + s2 v, z' = v - s0 |v| z / g(v). The modes are the
+// signs of v; changing over a little late spares needless events.
+struct LuGre {
+  static constexpr std::size_t kStates = 3, kGuards = 1;  // x, v, s0 z
+  using State = std::array<double, 3>;
+  double s0, s1, s2 = 0.01, mass = 4e-3, coulomb = 0.05, stiction = 0.08, stribeck = 0.05, pull = 0.2, omega = 6.0;
+
+  enum : Mode { kForward, kBackward };
+  static double sign(Mode mode) noexcept { return mode == kForward ? 1.0 : -1.0; }
+  double level(double v) const noexcept {
+    return coulomb + (stiction - coulomb) * std::exp(-v * v / (stribeck * stribeck));
+  }
+  double level_slope(double v) const noexcept { return -2.0 * v / (stribeck * stribeck) * (level(v) - coulomb); }
+  double rate(Mode mode, const State& x) const noexcept { return x[1] - sign(mode) * x[1] * x[2] / level(x[1]); }
+  Mode mode_at(double, const State& x) const noexcept { return x[1] < 0 ? kBackward : kForward; }
+  State derivative(Mode mode, double t, const State& x) const noexcept {
+    const double z = rate(mode, x);
+    return {x[1], (pull * std::sin(omega * t) - x[2] - s1 * z - s2 * x[1]) / mass, s0 * z};
+  }
+  StateMatrix<3> jacobian(Mode mode, double, const State& x) const noexcept {
+    const double g = level(x[1]), by_force = -sign(mode) * x[1] / g;
+    const double by_v = 1.0 - sign(mode) * x[2] / g * (1.0 - x[1] * level_slope(x[1]) / g);
+    return {{{0.0, 1.0, 0.0},
+             {0.0, -(s1 * by_v + s2) / mass, -(1.0 + s1 * by_force) / mass},
+             {0.0, s0 * by_v, s0 * by_force}}};
+  }
+  State time_derivative(Mode, double t, const State&) const noexcept {
+    return {0.0, pull * omega * std::cos(omega * t) / mass, 0.0};
+  }
+  std::array<double, 1> guards(Mode mode, double, const State& x) const noexcept { return {sign(mode) * x[1] + 1e-9}; }
+  Mode cross(Mode mode, std::size_t, double, State&) const noexcept { return mode == kForward ? kBackward : kForward; }
+  double next_break(double) const noexcept { return kNever; }
+};
+
 }  // namespace farhand::toy
