@@ -64,7 +64,7 @@ class ClosedForm {
   }
 
   // The state has come to x at t some other way, without leaving the mode or the piece of the forcing.
-  void move(double t, const State& x) noexcept {
+  void place(double t, const State& x) noexcept {
     x_ = x, t_ = base_ = t;
     whole_ = false, pieces_ = 0;
   }

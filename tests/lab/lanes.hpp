@@ -118,7 +118,7 @@ class LanePlant {
     std::array<double, kStates> x;
     for (std::size_t i = 0; i < kStates; ++i) x[i] = x_[i][k];
     plants_[k].hold(input[k]);
-    if (exact_[k].time() != t_) exact_[k].move(t_, x);
+    if (exact_[k].time() != t_) exact_[k].place(t_, x);
     exact_[k].advance(plants_[k], t1);
     for (std::size_t i = 0; i < kStates; ++i) x_[i][k] = exact_[k].state()[i];
     if (exact_[k].mode() != loaded_[k] || !(t1 < until_[k])) load(k);

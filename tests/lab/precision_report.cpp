@@ -194,7 +194,7 @@ void print_precision(const PrecisionResult& result, std::ostream& out) {
     out << std::left << std::setw(24) << a << std::right << std::setw(14) << b << std::setw(10) << c << std::setw(16)
         << d;
     for (const std::string& word : e) out << std::setw(11) << word;
-    out << std::setw(8) << growth << "  " << end << '\n';
+    out << std::setw(10) << growth << "  " << end << '\n';
   };
   row_of("", "step or", "wall us", "least to", {"position", "rad", "", "force", "N m", ""}, "", "");
   row_of("integrator", "tolerance", "per s", "most", {"end", "RMS", "largest", "end", "RMS", "largest"}, "growth", "");
