@@ -66,9 +66,12 @@ class LockStepOf final : public LockStep {
   using Master = LaneSide<kScene, MasterPlant>;
   using Slave = LaneSide<PlainScene::kFourChannel, DirectSlavePlant>;
   struct Watched {
+    explicit Watched(BareLoop<Master, Slave> l) : loop(std::move(l)) {}
     BareLoop<Master, Slave> loop;
     Sent<Lanes> master{}, slave{};
-    Lanes sum{}, least{}, greatest{};
+    Lanes sum{};
+    Lanes least = Lanes{} + std::numeric_limits<double>::infinity();
+    Lanes greatest = Lanes{} - std::numeric_limits<double>::infinity();
   };
 
   static void tick(Watched& w, bool settled) noexcept {
@@ -90,20 +93,15 @@ class LockStepOf final : public LockStep {
       return from + lane < scenes.size() ? scenes[from + lane] : scenes[0];
     };
     const scene::Scene &a = of(0), &b = of(1);
-    return {BareLoop<Master, Slave>(
-                Master({master_station_params(a, 1).scene, master_station_params(b, 1).scene},
-                       {MasterPlant(master_world_params(a)), MasterPlant(master_world_params(b))},
-                       {a.master().motor().encoder_counts_per_rev(), b.master().motor().encoder_counts_per_rev()}),
-                Slave({slave_station_params(a, 2).scene, slave_station_params(b, 2).scene},
-                      {DirectSlavePlant(direct_slave_world_params(a)), DirectSlavePlant(direct_slave_world_params(b))},
-                      {a.slave().motor().encoder_counts_per_rev(), b.slave().motor().encoder_counts_per_rev()}),
-                a.tick_s(), delay_ticks(a.network().forward(), a.tick_s()),
-                delay_ticks(a.network().backward(), a.tick_s()), Lanes{}),
-            {},
-            {},
-            {},
-            Lanes{} + std::numeric_limits<double>::infinity(),
-            Lanes{} - std::numeric_limits<double>::infinity()};
+    return Watched(BareLoop<Master, Slave>(
+        Master({master_station_params(a, 1).scene, master_station_params(b, 1).scene},
+               {MasterPlant(master_world_params(a)), MasterPlant(master_world_params(b))},
+               {a.master().motor().encoder_counts_per_rev(), b.master().motor().encoder_counts_per_rev()}),
+        Slave({slave_station_params(a, 2).scene, slave_station_params(b, 2).scene},
+              {DirectSlavePlant(direct_slave_world_params(a)), DirectSlavePlant(direct_slave_world_params(b))},
+              {a.slave().motor().encoder_counts_per_rev(), b.slave().motor().encoder_counts_per_rev()}),
+        a.tick_s(), delay_ticks(a.network().forward(), a.tick_s()), delay_ticks(a.network().backward(), a.tick_s()),
+        Lanes{}));
   }
 
   std::size_t count_;
