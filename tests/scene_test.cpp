@@ -159,7 +159,7 @@ TEST(Scene, ReferencesAreThoseOfTheHandWrittenStep) {
   for (int episode = 0; episode < kEpisodes; ++episode) {
     const SceneParams p = dice.settings();
     FourChannel<ReferenceDrive<1>> scene(p);
-    PlainReferenceStep plain(p);
+    PlainReferenceStep<> plain(p);
     for (int k = 0; k < kTicks; ++k) {
       double in[4];
       dice.next(in);

@@ -63,6 +63,12 @@ class ClosedForm {
     if (!tick(plant, t1)) walk(plant, t1);
   }
 
+  // The state has come to x at t some other way, without leaving the mode or the piece of the forcing.
+  void place(double t, const State& x) noexcept {
+    x_ = x, t_ = base_ = t;
+    whole_ = false, pieces_ = 0;
+  }
+
   const State& state() const noexcept { return x_; }
   Mode mode() const noexcept { return mode_; }
   double time() const noexcept { return t_; }

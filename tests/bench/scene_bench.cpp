@@ -93,7 +93,7 @@ void composed_reference(benchmark::State& state) {
 BENCHMARK(composed_reference);
 
 void by_hand_reference(benchmark::State& state) {
-  PlainReferenceStep plain(params());
+  PlainReferenceStep<> plain(params());
   plain.reset(0.0);
   std::size_t k = 0;
   for (auto _ : state) {

@@ -17,8 +17,10 @@
 #include "tests/lab/explain_command.hpp"
 #include "tests/lab/limits_command.hpp"
 #include "tests/lab/extreme_command.hpp"
-#include "tests/lab/simulation.hpp"
 #include "tests/lab/write_to.hpp"
+#include "tests/lab/precision_command.hpp"
+#include "tests/lab/simulation.hpp"
+#include "tests/lab/sweep_command.hpp"
 
 namespace farhand {
 namespace {
@@ -208,6 +210,11 @@ int main(int argc, char** argv) {
   CLI::App* reported = app.add_subcommand("report", "merge the recordings of a session's processes and report");
   reported->add_option("DIR", directory, "directory with master.mcap, slave.mcap, netem.mcap, mcu.mcap")->required();
 
+  PrecisionChoice precision_choice;
+  CLI::App* precision = add_precision(app, precision_choice);
+  SweepChoice sweep_choice;
+  CLI::App* swept = add_sweep(app, sweep_choice);
+
   std::string file, to, csv_directory, mat_file;
   CLI::App* recording = app.add_subcommand("recording", "mend or export a recording")->require_subcommand(1);
   CLI::App* recovered = recording->add_subcommand("recover", "complete an unfinished recording");
@@ -232,6 +239,8 @@ int main(int argc, char** argv) {
     if (checked->parsed()) return check(files);
     if (limits->parsed()) return run_limits(limits_choice);
     if (printed->parsed()) return schema(json);
+    if (precision->parsed()) return run_precision(precision_choice);
+    if (swept->parsed()) return run_sweep(sweep_choice);
     if (made->parsed()) return make_directory(choice);
     if (reported->parsed()) return report(directory);
     if (extreme->parsed()) return run_extreme(extreme_choice);

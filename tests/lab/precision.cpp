@@ -1,0 +1,237 @@
+#include "tests/lab/precision.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace farhand {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+// What long double rounds to, of what double rounds to: 2^-11.
+constexpr double kLongOverDouble =
+    static_cast<double>(std::numeric_limits<long double>::epsilon()) / std::numeric_limits<double>::epsilon();
+
+// Largest of both sides, by tick.
+std::vector<double> difference(const std::vector<double>& m, const std::vector<double>& s,
+                               const std::vector<double>& m_ref, const std::vector<double>& s_ref) {
+  std::vector<double> out(m_ref.size());
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const double a = std::abs(m[k] - m_ref[k]), b = std::abs(s[k] - s_ref[k]);
+    out[k] = std::isfinite(a) && std::isfinite(b) ? std::max(a, b) : kNan;
+  }
+  return out;
+}
+
+double rms(const std::vector<double>& e, std::size_t from, std::size_t until) {
+  double sum = 0;
+  for (std::size_t k = from; k < until; ++k) sum += e[k] * e[k];
+  return until > from ? std::sqrt(sum / static_cast<double>(until - from)) : 0;
+}
+
+PrecisionError summary(const std::vector<double>& e) {
+  PrecisionError out;
+  if (e.empty()) return out;
+  out.end = e.back();
+  out.rms = rms(e, 0, e.size());
+  for (const double y : e) out.max = std::isnan(y) || y > out.max ? y : out.max;
+  double worst = 0, last = 0;
+  for (std::size_t quarter = 0; quarter < 4; ++quarter) {
+    last = rms(e, quarter * e.size() / 4, (quarter + 1) * e.size() / 4);
+    worst = std::max(worst, last);
+  }
+  out.growth = worst > 0 ? last / worst : 0;
+  return out;
+}
+
+PrecisionError scaled(PrecisionError e, double factor) {
+  e.end *= factor, e.rms *= factor, e.max *= factor;
+  return e;
+}
+
+// No number of this size is kept better than that.
+PrecisionError floored(PrecisionError e, double size) {
+  const double rounding = 0.5 * std::numeric_limits<double>::epsilon() * size;
+  for (double* y : {&e.end, &e.rms, &e.max}) *y = std::max(*y, rounding);
+  return e;
+}
+
+struct Errors {
+  std::vector<double> position, force;
+  Errors(const Trajectory& run, const Trajectory& reference)
+      : position(difference(run.x_m, run.x_s, reference.x_m, reference.x_s)),
+        force(difference(run.f_m, run.f_s, reference.f_m, reference.f_s)) {}
+};
+
+// Where an unstable integrator shows: its error is as large as the motion.
+double amplitude(const Trajectory& t) {
+  double most = 0;
+  for (const auto* x : {&t.x_m, &t.x_s})
+    for (const double y : *x) most = std::max(most, std::abs(y - x->front()));
+  return most;
+}
+
+double largest(const std::vector<double>& m, const std::vector<double>& s) {
+  double most = 0;
+  for (const auto* f : {&m, &s})
+    for (const double y : *f) most = std::max(most, std::abs(y));
+  return most;
+}
+
+std::vector<BareChoice> choices(const PrecisionSettings& settings, double hold_s, bool affine) {
+  std::vector<BareChoice> out;
+  for (const BareMethod method :
+       {BareMethod::kSemiImplicitEuler, BareMethod::kRk4, BareMethod::kSdirk2, BareMethod::kRosenbrock})
+    for (const int steps : settings.steps_per_hold) out.push_back({method, hold_s / steps, 0});
+  for (const double rtol : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}) out.push_back({BareMethod::kAdaptive, 0, rtol});
+  if (affine) out.push_back({BareMethod::kClosedForm, 0, 0});
+  out.push_back({BareMethod::kWorld, 0, 0});
+  if (settings.competitor) {
+    for (const BareMethod method : {BareMethod::kCvodeBdf, BareMethod::kCvodeAdams})
+      for (const double rtol : {1e-3, 1e-5, 1e-7, 1e-9, 1e-12}) out.push_back({method, 0, rtol});
+  }
+  return out;
+}
+
+// Takes turns, so that a machine that is slow for a while is slow for all.
+void time_all(const scene::Scene& scene, int runs, std::vector<PrecisionRow>& rows) {
+  const std::int64_t ticks = ticks_of(scene);
+  for (int round = 0; round < runs; ++round) {
+    for (PrecisionRow& row : rows) {
+      if (!row.ok()) continue;
+      const auto run = make_bare_run(scene, row.choice, !row.quantised);
+      const auto begin = std::chrono::steady_clock::now();
+      run->run(ticks);
+      const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      row.wall_s.push_back(seconds / (static_cast<double>(ticks) * scene.tick_s()));
+    }
+  }
+  for (PrecisionRow& row : rows) std::sort(row.wall_s.begin(), row.wall_s.end());
+}
+
+PrecisionRow measured(const scene::Scene& scene, const BareChoice& choice, bool quantised,
+                      const Trajectory& reference) {
+  PrecisionRow row;
+  row.choice = choice;
+  row.quantised = quantised;
+  row.is_default = choice.method == BareMethod::kWorld;
+  const Trajectory run = make_bare_run(scene, choice, !quantised)->record(ticks_of(scene));
+  Errors errors(run, reference);
+  row.failure = run.failure;
+  row.position = summary(errors.position);
+  row.force = summary(errors.force);
+  row.steps = run.steps;
+  row.events = run.events;
+  row.position_error = std::move(errors.position);
+  row.force_error = std::move(errors.force);
+  if (row.ok() && !(row.position.max < amplitude(reference))) row.failure = "error as large as the motion";
+  const double force = largest(reference.f_m, reference.f_s);
+  if (row.ok() && force > 0 && !(row.force.growth * row.force.rms < 0.3 * force)) row.failure = "force does not settle";
+  return row;
+}
+
+void fit_orders(PrecisionResult& result, double position_range, double force_range) {
+  for (const BareMethod method :
+       {BareMethod::kSemiImplicitEuler, BareMethod::kRk4, BareMethod::kSdirk2, BareMethod::kRosenbrock}) {
+    std::vector<double> steps, position, force;
+    for (const PrecisionRow& row : result.rows) {
+      if (row.choice.method != method || row.quantised || !row.ok()) continue;
+      steps.push_back(row.choice.step_s);
+      position.push_back(row.position.rms);
+      force.push_back(row.force.rms);
+    }
+    FittedOrder fit{method, order_of(method), 0, kNan, kNan};
+    const double floor =
+        std::isnan(result.rounding_position.rms) ? result.floor_position.rms : result.rounding_position.rms;
+    const double force_floor =
+        std::isnan(result.rounding_force.rms) ? result.floor_force.rms : result.rounding_force.rms;
+    int force_points = 0;
+    fit.force = fitted_order(steps, force, force_floor, 1e-3 * force_range, force_points);
+    fit.position = fitted_order(steps, position, floor, 1e-3 * position_range, fit.points);
+    result.orders.push_back(fit);
+  }
+}
+
+}  // namespace
+
+double fitted_order(const std::vector<double>& steps, const std::vector<double>& errors, double floor,
+                    double saturation, int& points) {
+  constexpr std::size_t kFinest = 4;
+  std::vector<std::pair<double, double>> used;  // logarithms of step and error
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    if (errors[k] > 30 * floor && errors[k] < saturation) used.emplace_back(std::log(steps[k]), std::log(errors[k]));
+  }
+  std::sort(used.begin(), used.end());
+  if (used.size() > kFinest) used.resize(kFinest);
+  points = static_cast<int>(used.size());
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (const auto& [a, b] : used) n += 1, x += a, y += b, xx += a * a, xy += a * b;
+  return points >= 2 ? (n * xy - x * y) / (n * xx - x * x) : kNan;
+}
+
+const PrecisionRow* PrecisionResult::find(const BareChoice& choice, bool quantised) const {
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const PrecisionRow& row) {
+    return row.choice == choice && row.quantised == quantised;
+  });
+  return found == rows.end() ? nullptr : &*found;
+}
+
+PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings) {
+  const scene::Scene& scene = loaded.scene;
+  const std::int64_t ticks = ticks_of(scene);
+  PrecisionResult result;
+  result.scene = loaded.name;
+  result.scene_text = complete_text(scene);
+  result.duration_s = static_cast<double>(ticks) * scene.tick_s();
+  result.tick_s = scene.tick_s();
+  result.hold_s = hold_of(scene);
+  result.methods = methods_of(scene);
+  result.runs = settings.runs;
+
+  const std::string reason = not_affine(scene);
+  const bool affine = reason.empty();
+  const BareChoice first =
+      affine ? BareChoice{BareMethod::kClosedFormLong, 0, 0} : BareChoice{BareMethod::kAdaptive, 0, 1e-13};
+  const BareChoice second =
+      affine ? BareChoice{BareMethod::kAdaptive, 0, 1e-13} : BareChoice{BareMethod::kCvodeAdams, 0, 1e-12};
+  const Trajectory reference = make_bare_run(scene, first)->record(ticks);
+  if (!reference.failure.empty()) throw std::runtime_error("the reference failed: " + reference.failure);
+  const Errors apart(make_bare_run(scene, second)->record(ticks), reference);
+  result.second_position = summary(apart.position);
+  result.second_force = summary(apart.force);
+  result.rounding_position = result.rounding_force = {kNan, kNan, kNan, kNan};
+  if (affine) {
+    const Errors rounding(make_bare_run(scene, {BareMethod::kClosedForm, 0, 0})->record(ticks), reference);
+    result.rounding_position = summary(rounding.position);
+    result.rounding_force = summary(rounding.force);
+    // Both are kept in double, which rounds once more.
+    result.floor_position = floored(scaled(result.rounding_position, kLongOverDouble), amplitude(reference));
+    result.floor_force = floored(scaled(result.rounding_force, kLongOverDouble), largest(reference.f_m, reference.f_s));
+    result.reference =
+        "closed form, law and plant in long double; its error is estimated as that of the same in double, "
+        "times 2^-11";
+    result.second = "adaptive pair at a relative tolerance of 1e-13";
+  } else {
+    result.floor_position = result.second_position;
+    result.floor_force = result.second_force;
+    result.reference = "adaptive pair at a relative tolerance of 1e-13 (no closed form: " + reason +
+                       "); its error is estimated as its distance from the second reference";
+    result.second = "CVODE Adams at a relative tolerance of 1e-12";
+  }
+
+  for (const BareChoice& choice : choices(settings, result.hold_s, affine))
+    result.rows.push_back(measured(scene, choice, false, reference));
+  fit_orders(result, amplitude(reference), largest(reference.f_m, reference.f_s));
+  if (settings.quantised) {
+    // Against the same encoders without any step error.
+    const Trajectory quantised = make_bare_run(scene, first, false)->record(ticks);
+    for (const int steps : settings.steps_per_hold)
+      result.rows.push_back(measured(scene, {BareMethod::kRk4, result.hold_s / steps, 0}, true, quantised));
+  }
+  time_all(scene, settings.runs, result.rows);
+  return result;
+}
+
+}  // namespace farhand

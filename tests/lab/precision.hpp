@@ -1,0 +1,70 @@
+// How accurate are the numbers of a scene, and what do they cost? Every integrator at several steps or tolerances in
+// the bare loop of the scene, against a reference whose own error is known, and against the wall clock.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/config/load.hpp"
+#include "tests/lab/bare_run.hpp"
+
+namespace farhand {
+
+struct PrecisionSettings {
+  int runs = 5;                                                  // each is timed so often
+  bool competitor = true;                                        // CVODE too
+  bool quantised = true;                                         // and what encoders with counts leave of it
+  std::vector<int> steps_per_hold = {1, 2, 5, 10, 20, 50, 100};  // of the fixed step methods, between two inputs
+};
+
+// Of both sides, whichever is worse at the time.
+struct PrecisionError {
+  double end = 0, rms = 0, max = 0;
+  double growth = 0;  // RMS of the last quarter over that of the worst quarter: 1 if the end is the worst
+};
+
+struct PrecisionRow {
+  BareChoice choice;
+  bool quantised = false;
+  bool is_default = false;
+  std::string failure;             // empty: ran to its end
+  PrecisionError position, force;  // rad, N m
+  std::uint64_t steps = 0, events = 0;
+  std::vector<double> wall_s;                       // per simulated second, one per run, sorted
+  std::vector<double> position_error, force_error;  // by tick
+
+  bool ok() const { return failure.empty(); }
+  double wall_median() const { return wall_s.empty() ? 0 : wall_s[wall_s.size() / 2]; }
+};
+
+struct FittedOrder {
+  BareMethod method;
+  int theory = 0;
+  int points = 0;  // fewer than 2: no fit
+  double position = 0, force = 0;
+};
+
+struct PrecisionResult {
+  std::string scene, scene_text;
+  double duration_s = 0, tick_s = 0, hold_s = 0;  // hold: between two inputs of the stiffer side
+  int runs = 0;
+  std::string methods;                               // that the scene itself asks for
+  std::string reference, second;                     // what they are, in words
+  PrecisionError floor_position, floor_force;        // estimated error of the reference
+  PrecisionError rounding_position, rounding_force;  // of the same law and plant in double; NaN without a closed form
+  PrecisionError second_position, second_force;      // the second reference against the first
+  std::vector<PrecisionRow> rows;
+  std::vector<FittedOrder> orders;
+
+  const PrecisionRow* find(const BareChoice& choice, bool quantised = false) const;
+};
+
+PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings);
+
+// Least squares of log(error) over log(step), over the finest four points that lie above the floor (30 times) and below
+// saturation; their count goes to `points`.
+double fitted_order(const std::vector<double>& steps, const std::vector<double>& errors, double floor,
+                    double saturation, int& points);
+
+}  // namespace farhand

@@ -1,0 +1,114 @@
+#include "tests/lab/sweep_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <chrono>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <thread>
+
+#include "tests/lab/sweep.hpp"
+
+namespace farhand {
+namespace {
+
+// field=from:to:count, both ends included.
+struct Axis {
+  std::string field;
+  double from, to;
+  std::size_t count;
+
+  double at(std::size_t k) const {
+    return count > 1 ? from + (to - from) * static_cast<double>(k) / static_cast<double>(count - 1) : from;
+  }
+};
+
+std::string text_of(double y) {
+  char buffer[64];
+  return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, y).ptr);
+}
+
+bool number(std::string_view text, auto& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+// False: an ordinary setting.
+bool parse_axis(const std::string& set, Axis& axis) {
+  const std::size_t equals = set.find('='), first = set.find(':', equals), second = set.find(':', first + 1);
+  if (equals == std::string::npos || first == std::string::npos || second == std::string::npos) return false;
+  const std::string_view all(set);
+  axis.field = set.substr(0, equals);
+  return number(all.substr(equals + 1, first - equals - 1), axis.from) &&
+         number(all.substr(first + 1, second - first - 1), axis.to) && number(all.substr(second + 1), axis.count) &&
+         axis.count > 0;
+}
+
+}  // namespace
+
+CLI::App* add_sweep(CLI::App& app, SweepChoice& choice) {
+  CLI::App* command = app.add_subcommand(
+      "sweep", "a scene over ranges of its settings, in the bare loop and on all cores; --set field=from:to:count");
+  command->add_option("SCENE", choice.scene.scene, "name of a shipped scene, or path of a scene file")->required();
+  add_set_options(*command, choice.scene);
+  command->add_option("--threads", choice.threads, "0: one per core; the results are the same for any number")
+      ->check(CLI::Range(0, 1024));
+  command->add_option("--csv", choice.csv, "table of the results (default - is standard output)");
+  return command;
+}
+
+int run_sweep(const SweepChoice& choice) {
+  std::vector<Axis> axes;
+  std::vector<std::string> sets;
+  for (const std::string& set : choice.scene.sets) {
+    Axis axis;
+    if (parse_axis(set, axis)) {
+      axes.push_back(axis);
+    } else {
+      sets.push_back(set);
+    }
+  }
+  std::size_t count = 1;
+  for (const Axis& axis : axes) {
+    if (axis.count > 10'000'000 / count) throw std::invalid_argument("a sweep has at most 10 million scenes");
+    count *= axis.count;
+  }
+  // The last axis runs fastest.
+  const auto values = [&axes](std::size_t k) {
+    std::vector<double> out(axes.size());
+    for (std::size_t i = axes.size(); i-- > 0; k /= axes[i].count) out[i] = axes[i].at(k % axes[i].count);
+    return out;
+  };
+  const auto scene_of = [&](std::size_t k) {
+    std::vector<std::string> all = sets;
+    const std::vector<double> at = values(k);
+    for (std::size_t i = 0; i < axes.size(); ++i) all.push_back(axes[i].field + "=" + text_of(at[i]));
+    return load_scene(choice.scene.scene, all, choice.scene.seed).scene;
+  };
+  scene_of(0), scene_of(count - 1);  // mistakes are said before anything runs
+
+  const int threads = choice.threads > 0 ? choice.threads : static_cast<int>(std::thread::hardware_concurrency());
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<SweepOutcome> outcomes = sweep(count, scene_of, std::max(1, threads));
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+
+  std::ofstream file;
+  if (!choice.csv.empty() && choice.csv != "-") file.open(choice.csv, std::ios::binary);
+  std::ostream& out = file.is_open() ? file : std::cout;
+  for (const Axis& axis : axes) out << axis.field << ',';
+  out << "x_m_rad,x_s_rad,f_m_nm,f_s_nm,tracking_rms_rad,residual_p2p_rad,ended\n";
+  for (std::size_t k = 0; k < count; ++k) {
+    for (const double value : values(k)) out << text_of(value) << ',';
+    const SweepOutcome& o = outcomes[k];
+    for (const double y : {o.x_m, o.x_s, o.f_m, o.f_s, o.tracking_rms, o.residual}) out << text_of(y) << ',';
+    out << (o.failure.empty() ? "ok" : o.failure) << '\n';
+  }
+  out.flush();
+  if (!out) throw std::runtime_error("could not write " + choice.csv);
+  std::cerr << count << " scenes in " << std::setprecision(3) << wall_s << " s on " << threads << " threads, "
+            << static_cast<double>(count) / wall_s << " per second with loading\n";
+  return kExitOk;
+}
+
+}  // namespace farhand

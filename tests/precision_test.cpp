@@ -1,0 +1,206 @@
+// The bare loop against the real stations, and what the lab says about the error of its integrators.
+#include "tests/lab/precision.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "common/config/load.hpp"
+#include "common/config/station_params.hpp"
+#include "common/config/world_params.hpp"
+#include "tests/lab/bare_loop.hpp"
+#include "tests/lab/bare_world.hpp"
+#include "tests/lab/precision_report.hpp"
+#include "tests/lab/simulation.hpp"
+#include "tests/lab/sweep.hpp"
+#include "tests/support/alloc_counter.hpp"
+
+namespace farhand {
+namespace {
+
+const std::vector<std::string> kIdealEncoders = {"master.motor.encoder_counts_per_rev=0",
+                                                 "slave.motor.encoder_counts_per_rev=0"};
+
+template <template <class> class Scene>
+void expect_the_stations_motion(const char* name) {
+  const LoadedScene loaded = load_scene(name, kIdealEncoders);
+  const scene::Scene& s = loaded.scene;
+  const Session session = simulate(loaded);
+  using Master = DirectSide<BlockLaw<Scene>, Held, WorldSolver<MasterWorld>>;
+  using Slave = DirectSide<BlockLaw<FourChannel>, Held, WorldSolver<DirectSlaveWorld>>;
+  const auto ticks = [&s](double delay_s) { return static_cast<std::size_t>(std::lround(delay_s / s.tick_s())); };
+  BareLoop<Master, Slave> loop(
+      Master(master_station_params(s, 1).scene, {},
+             WorldSolver<MasterWorld>(MasterWorld(master_world_params(s), world_numerics(s))), {}, 0),
+      Slave(slave_station_params(s, 2).scene, {},
+            WorldSolver<DirectSlaveWorld>(DirectSlaveWorld(direct_slave_world_params(s), world_numerics(s))), {}, 0),
+      s.tick_s(), ticks(s.network().forward().delay_s()), ticks(s.network().backward().delay_s()), 0.0);
+  double worst = 0, moved = 0;
+  for (std::size_t k = 0; k < session.master.size(); ++k) {
+    worst = std::max({worst, std::abs(loop.master().solver().state()[0] - session.master[k].true_x_rad),
+                      std::abs(loop.slave().solver().state()[0] - session.slave[k].true_x_rad)});
+    moved = std::max(moved, std::abs(session.slave[k].true_x_rad));
+    loop.tick();
+  }
+  EXPECT_GT(moved, 0.05);
+  EXPECT_LT(worst, 1e-12);
+  std::printf("%s: largest difference of angle %.2g rad\n", name, worst);
+}
+
+// The shipped scenes rest until both sides are engaged, so that engagement leaves nothing but rounding behind; plain
+// four channels carry that on for a while.
+TEST(BareLoop, IsWhatTheStationsDoOnceEngaged) {
+  expect_the_stations_motion<FourChannel>("four_channel");
+  expect_the_stations_motion<FourChannel>("four_channel_wall");
+  expect_the_stations_motion<FourChannel>("zero_delay");
+  expect_the_stations_motion<FourChannelCdob>("four_channel_cdob");
+  expect_the_stations_motion<FourChannelCdobSdcv>("four_channel_cdob_sdcv");
+}
+
+double largest(const std::vector<double>& a, const std::vector<double>& b) {
+  double worst = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) worst = std::max(worst, std::abs(a[k] - b[k]));
+  return worst;
+}
+double largest(const Trajectory& a, const Trajectory& b) {
+  return std::max(largest(a.x_m, b.x_m), largest(a.x_s, b.x_s));
+}
+
+// Until shortly after the first touch: 3 s.
+const scene::Scene& wall() {
+  static const scene::Scene scene = load_scene("four_channel_wall", std::vector<std::string>{"duration_s=10"}).scene;
+  return scene;
+}
+constexpr std::int64_t kTouched = 3000;
+
+TEST(BareRun, ClosedFormIsThatOfLongDouble) {
+  const Trajectory reference = make_bare_run(wall(), {BareMethod::kClosedFormLong, 0, 0})->record(ticks_of(wall()));
+  const Trajectory closed = make_bare_run(wall(), {BareMethod::kClosedForm, 0, 0})->record(ticks_of(wall()));
+  EXPECT_TRUE(reference.failure.empty() && closed.failure.empty());
+  EXPECT_GT(*std::ranges::max_element(reference.f_s), 1.0);
+  EXPECT_LT(largest(closed, reference), 1e-13);  // asked are 1e-10
+  std::printf("largest difference of angle %.2g rad\n", largest(closed, reference));
+}
+
+TEST(BareRun, CvodeFindsTheSameMotion) {
+  const Trajectory closed = make_bare_run(wall(), {BareMethod::kClosedForm, 0, 0})->record(kTouched);
+  for (const BareMethod method : {BareMethod::kCvodeBdf, BareMethod::kCvodeAdams}) {
+    const Trajectory competitor = make_bare_run(wall(), {method, 0, 1e-9})->record(kTouched);
+    EXPECT_EQ(competitor.failure, "");
+    EXPECT_LT(largest(competitor, closed), 1e-6) << name_of(method);
+    EXPECT_EQ(competitor.events, closed.events);
+    std::printf("%s: largest difference of angle %.2g rad\n", name_of(method).data(), largest(competitor, closed));
+  }
+}
+
+TEST(BareRun, OrthosisRunsWithIdealEncodersInBothScalars) {
+  const scene::Scene scene = load_scene("sea_four_channel_cdob_sdcv").scene;
+  constexpr std::int64_t kTicks = 6000;
+  const Trajectory reference = make_bare_run(scene, {BareMethod::kClosedFormLong, 0, 0})->record(kTicks);
+  EXPECT_GT(*std::ranges::max_element(reference.x_s), 0.1);
+  EXPECT_LT(largest(make_bare_run(scene, {BareMethod::kClosedForm, 0, 0})->record(kTicks), reference), 1e-12);
+  EXPECT_LT(largest(make_bare_run(scene, {BareMethod::kRk4, 50e-6, 0})->record(kTicks), reference), 1e-8);
+}
+
+TEST(BareRun, RefusesTheClosedFormForABristleWithTheReason) {
+  const scene::Scene scene = load_scene("sea_friction").scene;
+  EXPECT_THROW(make_bare_run(scene, {BareMethod::kClosedForm, 0, 0}), std::invalid_argument);
+  EXPECT_NE(not_affine(scene).find("bristle"), std::string::npos) << not_affine(scene);
+  EXPECT_EQ(not_affine(wall()), "");
+}
+
+TEST(Precision, FitsTheSlopeAboveTheFloorOnly) {
+  const std::vector<double> steps = {1, 0.5, 0.25, 0.125, 0.0625};
+  const std::vector<double> errors = {1.0, 1e-2 / 4, 1e-2 / 16, 1e-2 / 64, 1e-5};
+  int points = 0;
+  EXPECT_NEAR(fitted_order(steps, errors, 1e-6, 0.1, points), 2.0, 1e-12);
+  EXPECT_EQ(points, 3);
+  EXPECT_TRUE(std::isnan(fitted_order(steps, errors, 1.0, 2.0, points)));
+}
+
+// Everything that the command writes, on a short free motion. Theory is order 1, 4, 2, 3.
+TEST(Precision, FindsTheOrdersOfAFreeMotion) {
+  const LoadedScene loaded =
+      load_scene("four_channel", std::vector<std::string>{"duration_s=4", "windows.free.from_s=3",
+                                                          "windows.free.until_s=4", "windows.contact.from_s=3",
+                                                          "windows.contact.until_s=4", "slave.hand.from_s=1000"});
+  PrecisionSettings settings;
+  settings.runs = 1;
+  settings.competitor = false;
+  settings.steps_per_hold = {1, 2, 4, 8};
+  const PrecisionResult result = measure_precision(loaded, settings);
+  for (const FittedOrder& fit : result.orders) {
+    if (fit.points < 2) continue;
+    EXPECT_NEAR(fit.position, fit.theory, 0.2) << name_of(fit.method);
+  }
+  const PrecisionRow* own = result.find({BareMethod::kWorld, 0, 0});
+  ASSERT_NE(own, nullptr);
+  EXPECT_TRUE(own->is_default);
+  EXPECT_LT(own->position.max, 1e-14);
+  std::ostringstream table, csv;
+  print_precision(result, table);
+  write_precision_csv(result, csv);
+  EXPECT_NE(table.str().find("orders of convergence"), std::string::npos);
+  EXPECT_EQ(std::ranges::count(csv.str(), '\n'), 4001);
+  EXPECT_NE(precision_json(result).find("\"orders\""), std::string::npos);
+  EXPECT_EQ(precision_html(result).find("nan"), std::string::npos);
+}
+
+std::vector<scene::Scene> walls(std::size_t count) {
+  std::vector<scene::Scene> out;
+  for (std::size_t k = 0; k < count; ++k) {
+    scene::Scene scene = wall();
+    scene.set_duration_s(4);
+    scene.mutable_slave()->mutable_wall()->set_stiffness_nm_per_rad(1e3 *
+                                                                    std::pow(10.0, 0.15 * static_cast<double>(k)));
+    scene.mutable_control()->set_k_f_per_kgm2(200 + 5 * static_cast<double>(k));
+    out.push_back(scene);
+  }
+  return out;
+}
+
+// The same numbers lane by lane as one run by itself, whoever runs beside it, however many threads there are.
+TEST(Sweep, DoesNotDependOnThreadsOrNeighbours) {
+  const std::vector<scene::Scene> scenes = walls(10);
+  const auto scene_of = [&scenes](std::size_t k) { return scenes[k]; };
+  const std::vector<SweepOutcome> one = sweep(scenes.size(), scene_of, 1);
+  EXPECT_EQ(sweep(scenes.size(), scene_of, 2), one);
+  EXPECT_EQ(sweep(scenes.size(), scene_of, 3), one);
+  const std::vector<SweepOutcome> backwards = sweep(
+      scenes.size(), [&scenes](std::size_t k) { return scenes[scenes.size() - 1 - k]; }, 1);
+  for (std::size_t k = 0; k < scenes.size(); ++k) EXPECT_EQ(backwards[scenes.size() - 1 - k], one[k]) << k;
+}
+
+TEST(Sweep, LanesMoveAsTheRunByItself) {
+  for (const char* name : {"four_channel_wall", "four_channel_cdob", "four_channel_cdob_sdcv", "zero_delay"}) {
+    for (const bool ideal : {true, false}) {
+      scene::Scene scene = load_scene(name).scene;
+      scene.set_duration_s(6);
+      if (ideal) {
+        scene.mutable_master()->mutable_motor()->set_encoder_counts_per_rev(0);
+        scene.mutable_slave()->mutable_motor()->set_encoder_counts_per_rev(0);
+      }
+      ASSERT_TRUE(LockStep::suits(scene));
+      const auto lanes = make_lock_step({&scene, 1});
+      lanes->run();
+      const SweepOutcome o = lanes->outcomes().front();
+      const auto run = make_bare_run(scene, {BareMethod::kClosedForm, 0, 0}, false);
+      const Trajectory alone = run->record(ticks_of(scene) - 1);
+      EXPECT_NEAR(o.x_s, alone.x_s.back(), ideal ? 1e-12 : 1e-3) << name;
+      EXPECT_NEAR(o.x_m, alone.x_m.back(), ideal ? 1e-12 : 1e-3) << name;
+    }
+  }
+}
+
+TEST(Sweep, AllocatesNothingOnceItRuns) {
+  if (kCounterIsBlind) GTEST_SKIP();
+  const std::vector<scene::Scene> scenes = walls(LockStep::kScenes);
+  const auto run = make_lock_step(scenes);
+  const TouchCounter counter;
+  run->run();
+  EXPECT_EQ(counter.since(), Touched{});
+}
+
+}  // namespace
+}  // namespace farhand
