@@ -111,12 +111,13 @@ TEST(BareRun, RefusesTheClosedFormForABristleWithTheReason) {
 }
 
 TEST(Precision, FitsTheSlopeAboveTheFloorOnly) {
-  const std::vector<double> steps = {1, 0.5, 0.25, 0.125, 0.0625};
-  const std::vector<double> errors = {1.0, 1e-2 / 4, 1e-2 / 16, 1e-2 / 64, 1e-5};
+  std::vector<OrderPoint> runs = {
+      {1, 1.0, 1e-6}, {0.5, 1e-2 / 4, 1e-6}, {0.25, 1e-2 / 16, 1e-6}, {0.125, 1e-2 / 64, 1e-6}, {0.0625, 1e-5, 1e-6}};
   int points = 0;
-  EXPECT_NEAR(fitted_order(steps, errors, 1e-6, 0.1, points), 2.0, 1e-12);
+  EXPECT_NEAR(fitted_order(runs, 0.1, points), 2.0, 1e-12);
   EXPECT_EQ(points, 3);
-  EXPECT_TRUE(std::isnan(fitted_order(steps, errors, 1.0, 2.0, points)));
+  for (OrderPoint& run : runs) run.floor = 1.0;
+  EXPECT_TRUE(std::isnan(fitted_order(runs, 2.0, points)));
 }
 
 // Everything that the command writes, on a short free motion. Theory is order 1, 4, 2, 3.

@@ -18,13 +18,14 @@ namespace farhand {
 using Lanes = double __attribute__((vector_size(16)));
 inline constexpr std::size_t kLanes = 2;
 
-// As quantised() does, lane by lane; 0 counts: ideal.
+// As quantised() does to the last bit or two, lane by lane; 0 counts: ideal.
 class LaneEncoder {
  public:
   explicit LaneEncoder(const std::array<double, kLanes>& counts_per_rev) {
     for (std::size_t k = 0; k < kLanes; ++k) {
       ideal_ = ideal_ && !(counts_per_rev[k] > 0);
       per_rad_[k] = counts_per_rev[k] / (2.0 * std::numbers::pi);
+      per_count_[k] = per_rad_[k] > 0 ? 1.0 / per_rad_[k] : 0.0;
     }
   }
   Lanes read(Lanes angle) const noexcept {
@@ -33,11 +34,11 @@ class LaneEncoder {
     const Lanes shift = Lanes{} + 6755399441055744.0, wanted = angle * per_rad_ + 0.5;
     const Lanes whole = (wanted + shift) - shift;
     const Lanes floor = whole > wanted ? whole - 1.0 : whole;
-    return per_rad_ > 0.0 ? floor / per_rad_ : angle;
+    return per_rad_ > 0.0 ? floor * per_count_ : angle;
   }
 
  private:
-  Lanes per_rad_{};
+  Lanes per_rad_{}, per_count_{};
   bool ideal_ = true;
 };
 

@@ -80,11 +80,22 @@ double largest(const std::vector<double>& m, const std::vector<double>& s) {
   return most;
 }
 
-std::vector<BareChoice> choices(const PrecisionSettings& settings, double hold_s, bool affine) {
+// Where a wall is so stiff that a hundredth of the hold does not resolve its oscillation well, finer ones belong to it.
+std::vector<int> steps_of(const PrecisionSettings& settings, const scene::Scene& scene, double hold_s) {
+  std::vector<int> steps = settings.steps_per_hold;
+  const bool elastic = scene.slave().device() == scene::SERIES_ELASTIC;
+  const double J = elastic ? scene.slave().series_elastic().j_joint_kgm2() : scene.slave().motor().j_kgm2();
+  const double stiffness = scene.slave().has_wall() ? scene.slave().wall().stiffness_nm_per_rad() : 0.0;
+  if (std::sqrt(stiffness / J) * hold_s / 100 > 0.05) steps.insert(steps.end(), {200, 500});
+  return steps;
+}
+
+std::vector<BareChoice> choices(const PrecisionSettings& settings, const std::vector<int>& all_steps, double hold_s,
+                                bool affine) {
   std::vector<BareChoice> out;
   for (const BareMethod method :
        {BareMethod::kSemiImplicitEuler, BareMethod::kRk4, BareMethod::kSdirk2, BareMethod::kRosenbrock})
-    for (const int steps : settings.steps_per_hold) out.push_back({method, hold_s / steps, 0});
+    for (const int steps : all_steps) out.push_back({method, hold_s / steps, 0});
   for (const double rtol : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}) out.push_back({BareMethod::kAdaptive, 0, rtol});
   if (affine) out.push_back({BareMethod::kClosedForm, 0, 0});
   out.push_back({BareMethod::kWorld, 0, 0});
@@ -132,36 +143,41 @@ PrecisionRow measured(const scene::Scene& scene, const BareChoice& choice, bool 
   return row;
 }
 
+// Every step rounds the state once, and roundings add up as a random walk does.
+double walked(double floor, double range, const PrecisionRow& row) {
+  return floor + 0.5 * std::numeric_limits<double>::epsilon() * range * std::sqrt(static_cast<double>(row.steps) / 2);
+}
+
 void fit_orders(PrecisionResult& result, double position_range, double force_range) {
+  const auto least = [](const PrecisionError& rounding, const PrecisionError& floor) {
+    return std::isnan(rounding.rms) ? floor.rms : rounding.rms;
+  };
+  const double position_floor = least(result.rounding_position, result.floor_position);
+  const double force_floor = least(result.rounding_force, result.floor_force);
   for (const BareMethod method :
        {BareMethod::kSemiImplicitEuler, BareMethod::kRk4, BareMethod::kSdirk2, BareMethod::kRosenbrock}) {
-    std::vector<double> steps, position, force;
+    std::vector<OrderPoint> position, force;
     for (const PrecisionRow& row : result.rows) {
       if (row.choice.method != method || row.quantised || !row.ok()) continue;
-      steps.push_back(row.choice.step_s);
-      position.push_back(row.position.rms);
-      force.push_back(row.force.rms);
+      position.push_back({row.choice.step_s, row.position.rms, walked(position_floor, position_range, row)});
+      force.push_back({row.choice.step_s, row.force.rms, walked(force_floor, force_range, row)});
     }
     FittedOrder fit{method, order_of(method), 0, kNan, kNan};
-    const double floor =
-        std::isnan(result.rounding_position.rms) ? result.floor_position.rms : result.rounding_position.rms;
-    const double force_floor =
-        std::isnan(result.rounding_force.rms) ? result.floor_force.rms : result.rounding_force.rms;
     int force_points = 0;
-    fit.force = fitted_order(steps, force, force_floor, 1e-3 * force_range, force_points);
-    fit.position = fitted_order(steps, position, floor, 1e-3 * position_range, fit.points);
+    fit.force = fitted_order(force, 1e-3 * force_range, force_points);
+    fit.position = fitted_order(position, 1e-3 * position_range, fit.points);
     result.orders.push_back(fit);
   }
 }
 
 }  // namespace
 
-double fitted_order(const std::vector<double>& steps, const std::vector<double>& errors, double floor,
-                    double saturation, int& points) {
+double fitted_order(const std::vector<OrderPoint>& runs, double saturation, int& points) {
   constexpr std::size_t kFinest = 4;
   std::vector<std::pair<double, double>> used;  // logarithms of step and error
-  for (std::size_t k = 0; k < steps.size(); ++k) {
-    if (errors[k] > 30 * floor && errors[k] < saturation) used.emplace_back(std::log(steps[k]), std::log(errors[k]));
+  for (const OrderPoint& run : runs) {
+    if (run.error > 30 * run.floor && run.error < saturation)
+      used.emplace_back(std::log(run.step), std::log(run.error));
   }
   std::sort(used.begin(), used.end());
   if (used.size() > kFinest) used.resize(kFinest);
@@ -221,7 +237,7 @@ PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSett
     result.second = "CVODE Adams at a relative tolerance of 1e-12";
   }
 
-  for (const BareChoice& choice : choices(settings, result.hold_s, affine))
+  for (const BareChoice& choice : choices(settings, steps_of(settings, scene, result.hold_s), result.hold_s, affine))
     result.rows.push_back(measured(scene, choice, false, reference));
   fit_orders(result, amplitude(reference), largest(reference.f_m, reference.f_s));
   if (settings.quantised) {

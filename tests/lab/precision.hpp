@@ -12,10 +12,11 @@
 namespace farhand {
 
 struct PrecisionSettings {
-  int runs = 5;                                                  // each is timed so often
-  bool competitor = true;                                        // CVODE too
-  bool quantised = true;                                         // and what encoders with counts leave of it
-  std::vector<int> steps_per_hold = {1, 2, 5, 10, 20, 50, 100};  // of the fixed step methods, between two inputs
+  int runs = 5;            // each is timed so often
+  bool competitor = true;  // CVODE too
+  bool quantised = true;   // and what encoders with counts leave of it
+  std::vector<int> steps_per_hold = {
+      1, 2, 5, 10, 20, 50, 100};  // of the fixed step methods, between two inputs; a stiff wall adds 200 and 500
 };
 
 // Of both sides, whichever is worse at the time.
@@ -62,9 +63,11 @@ struct PrecisionResult {
 
 PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings);
 
-// Least squares of log(error) over log(step), over the finest four points that lie above the floor (30 times) and below
-// saturation; their count goes to `points`.
-double fitted_order(const std::vector<double>& steps, const std::vector<double>& errors, double floor,
-                    double saturation, int& points);
+// Least squares of log(error) over log(step), over the finest four points that lie above their floor (30 times) and
+// below saturation; their count goes to `points`.
+struct OrderPoint {
+  double step, error, floor;
+};
+double fitted_order(const std::vector<OrderPoint>& runs, double saturation, int& points);
 
 }  // namespace farhand
