@@ -7,6 +7,7 @@ namespace farhand::extreme {
 
 using Cases = std::vector<Case>;
 
+void add_contact(Cases& cases);     // walls, short and double contacts, no damping, no mass
 void add_control(Cases& cases);     // control periods, cut-offs, gains, J_n, encoders
 void add_saturation(Cases& cases);  // torque, speed and encoder saturation
 void add_network(Cases& cases);     // delays, jitter, loss, tampered packets, clocks
