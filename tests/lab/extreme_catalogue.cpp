@@ -40,6 +40,8 @@ Sets both_ways(const std::vector<std::string>& settings) {
 Cases catalogue() {
   Cases cases;
   add_contact(cases);
+  add_stiff(cases);
+  add_methods(cases);
   add_control(cases);
   add_saturation(cases);
   add_network(cases);

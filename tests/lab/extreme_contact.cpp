@@ -118,8 +118,9 @@ void add_undamped(Cases& cases) {
   LoopPlan loop;
   for (LoopSide* side : {&loop.master, &loop.slave}) side->viscous = side->viscous_n = side->damping = 0;
   cases.push_back(loop_case(family, "bare loop, no friction and no damping anywhere", accurate(1e-10), loop));
-  cases.push_back(session_case(
-      family, "session, no friction and no damping anywhere", accurate(1e-9),
+  cases.push_back(bounded_case(
+      family, "session, no friction and no damping anywhere", kStops,
+      "nothing but the arm damps the master: without that it swings between the limits",
       Sets{"master.motor.viscous_nms_per_rad=0", "master.axis.viscous_nms_per_rad=0",
            "slave.motor.viscous_nms_per_rad=0", "slave.axis.viscous_nms_per_rad=0", "slave.hand.damping_nms_per_rad=0",
            "master.therapist.grip=CUSTOM", "master.therapist.B_h_nms_per_rad=0", "duration_s=9"}));
@@ -149,9 +150,6 @@ void add_massless(Cases& cases) {
   cases.push_back(session_case(family, "an arm without inertia", accurate(1e-9), Sets{"master.therapist.J_h_kgm2=0"}));
   cases.push_back(session_case(family, "motors without inertia", refused("J_kgm2 = 0 is not allowed"),
                                Sets{"master.motor.J_kgm2=0"}));
-  cases.push_back(
-      session_case(family, "motor of 1e-8 kg m2 in an arm without inertia, model as light", accurate(1e-9),
-                   Sets{"master.motor.J_kgm2=1e-8", "master.axis.J_n_kgm2=1e-8", "master.therapist.J_h_kgm2=0"}));
 }
 
 }  // namespace
