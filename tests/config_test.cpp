@@ -12,6 +12,7 @@
 
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
+#include "common/config/world_params.hpp"
 
 namespace farhand {
 namespace {
@@ -87,6 +88,36 @@ TEST(Load, FillsInEveryDefault) {
   EXPECT_FALSE(scene.windows().has_free());
   EXPECT_FALSE(scene.windows().has_contact());
   EXPECT_EQ(load_text(kBase + "slave { hand {} }").slave().hand().stiffness_nm_per_rad(), 2);
+}
+
+// What a scene does not name is not in its world.
+TEST(Load, FrictionAndTheEndOfTheSpringAreAbsentUnlessNamed) {
+  const scene::Scene scene = load_text(kBase + "slave { device: SERIES_ELASTIC }");
+  EXPECT_EQ(world_numerics(scene).method, Method::kAuto);
+  EXPECT_EQ(master_world_params(scene).motor.friction(), Friction::kNone);
+  EXPECT_EQ(series_elastic_world_params(scene).friction(), Friction::kNone);
+  EXPECT_EQ(series_elastic_world_params(scene).actuator.spring_range, 0);
+  const scene::Scene rough =
+      load_text(kBase +
+                "master { motor { coulomb_nm: 0.1 } } slave { motor { lugre {} } series_elastic { tendon_friction_nm: "
+                "0.05 spring_range_rad: 0.2 } } world { method: SDIRK2 rtol: 1e-6 }");
+  EXPECT_EQ(master_world_params(rough).motor.coulomb, 0.1);
+  EXPECT_EQ(direct_slave_world_params(rough).motor.bristle->F_s, 0.07);
+  EXPECT_EQ(series_elastic_world_params(rough).actuator.tendon->sigma_0, 20);
+  EXPECT_EQ(series_elastic_world_params(rough).actuator.tendon->F_s, 0.05);
+  EXPECT_EQ(series_elastic_world_params(rough).actuator.spring_range, 0.2);
+  EXPECT_EQ(world_numerics(rough).method, Method::kSdirk2);
+  EXPECT_EQ(world_numerics(rough).settings.rtol, 1e-6);
+}
+
+TEST(Load, OneFrictionAtOnePlace) {
+  EXPECT_EQ(complaint(kBase + "master { motor { coulomb_nm: 0.1 lugre {} } }"),
+            "FILE:3:33: master.motor.lugre and coulomb_nm = 0.1 are two frictions at one place; give one");
+  EXPECT_EQ(complaint(kBase + "slave { series_elastic { tendon_friction_nm: 0.1 tendon_lugre {} } }"),
+            "FILE:3:50: slave.series_elastic.tendon_lugre and tendon_friction_nm = 0.1 are two frictions at one place; "
+            "give one");
+  EXPECT_EQ(complaint(kBase + "slave { motor { lugre { F_c_nm: 0.1 } } }"),
+            "FILE:3:25: slave.motor.lugre.F_c_nm = 0.1 must be at most F_s_nm = 0.07");
 }
 
 TEST(Load, EveryDefaultOfTheSchemaIsItselfAllowed) {

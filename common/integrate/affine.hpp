@@ -10,10 +10,20 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <type_traits>
+#include <utility>
 
 #include "common/integrate/plant.hpp"
 
 namespace farhand {
+
+// body(0), body(1) ... body(N - 1) without a loop: at -O2 the compiler keeps a loop, and a state in memory for it,
+// where N is 2.
+template <std::size_t N, class Body>
+constexpr void unrolled(Body&& body) noexcept {
+  [&]<std::size_t... i>(std::index_sequence<i...>) { (body(std::integral_constant<std::size_t, i>{}), ...); }
+  (std::make_index_sequence<N>{});
+}
 
 template <class T, std::size_t S>
 struct AffineFlow {
@@ -40,9 +50,9 @@ struct Forcing {
   // The same function, counted from s later.
   Forcing later(T s) const noexcept {
     Forcing r{begin + s, polynomial, omega, 0, 0};
-    for (std::size_t from = 0; from < 5; ++from) {  // by synthetic division
-      for (std::size_t j = 5; j-- > from;) r.polynomial[j] += s * r.polynomial[j + 1];
-    }
+    unrolled<5>([&](auto from) {  // by synthetic division
+      unrolled<5 - from>([&](auto i) { r.polynomial[4 - i] += s * r.polynomial[5 - i]; });
+    });
     if (sine != 0 || cosine != 0) {
       const T sin_s = std::sin(omega * s), cos_s = std::cos(omega * s);
       r.sine = sine * cos_s - cosine * sin_s;

@@ -43,10 +43,10 @@ class AffineSeries {
     }
     for (std::size_t n = 1; n < order_; ++n) {
       const T scale = length * kOneOver[n + 1];
-      for (std::size_t i = 0; i < S; ++i) {
+      unrolled<S>([&](auto i) {
         terms_[n + 1][i] = scale * (flow.e[i] * r_[n] + dot(flow.A[i], terms_[n]));
         way_[i] += std::fabs(terms_[n + 1][i]);
-      }
+      });
     }
     for (std::size_t n = 1; n < order_; ++n) r_way_ += std::fabs(r_[n]);
     for (std::size_t i = 0; i < S; ++i) size_[i] += way_[i];
@@ -55,7 +55,7 @@ class AffineSeries {
   State at(T tau) const noexcept {
     State x = terms_[order_];
     for (std::size_t n = order_; n-- > 0;) {
-      for (std::size_t i = 0; i < S; ++i) x[i] = x[i] * tau + terms_[n][i];
+      unrolled<S>([&](auto i) { x[i] = x[i] * tau + terms_[n][i]; });
     }
     return x;
   }
@@ -105,21 +105,20 @@ class AffineSeries {
     typename AffineGuard<T, S>::Kind kind;
     using Kind = typename AffineGuard<T, S>::Kind;
 
-    void evaluate(T tau, T& value, T& slope) const noexcept {
-      first.evaluate(tau, value, slope);
-      if (kind == Kind::kOne) return;
+    // Of those of the two that count.
+    void evaluate(T tau, bool use_first, bool use_second, T& value, T& slope) const noexcept {
+      (use_first ? first : second).evaluate(tau, value, slope);
+      if (!use_first || !use_second) return;
       T other, other_slope;
       second.evaluate(tau, other, other_slope);
       if (kind == Kind::kMax ? other > value : other < value) value = other, slope = other_slope;
     }
-    T value(T tau) const noexcept {
-      T value, slope;
-      evaluate(tau, value, slope);
-      return value;
-    }
 
     T first_fall() const noexcept {
-      if (value(0) < 0) return 0;
+      const T start = kind == Kind::kOne   ? first.k[0]
+                      : kind == Kind::kMax ? std::max(first.k[0], second.k[0])
+                                           : std::min(first.k[0], second.k[0]);
+      if (start < 0) return 0;
       struct Interval {
         T from, to;
       };
@@ -145,7 +144,9 @@ class AffineSeries {
         const T most = std::max(use_a ? a.most_slope : b.most_slope, use_b ? b.most_slope : a.most_slope);
         if (least > 0) continue;  // rises, and was not down before
         if (most < 0 || half < std::numeric_limits<T>::epsilon()) {
-          if (value(to) < 0) return root(from, to);
+          T value, slope;
+          evaluate(to, use_a, use_b, value, slope);
+          if (value < 0) return root(from, to, use_a, use_b);
           continue;
         }
         if (left + 2 > open.size()) break;
@@ -156,11 +157,11 @@ class AffineSeries {
     }
 
     // Of a falling function: Newton, kept between what is known.
-    T root(T from, T to) const noexcept {
+    T root(T from, T to, bool use_first, bool use_second) const noexcept {
       T tau = from + (to - from) / 2;
       for (int i = 0; i < 200; ++i) {
         T value, slope;
-        evaluate(tau, value, slope);
+        evaluate(tau, use_first, use_second, value, slope);
         (value < 0 ? to : from) = tau;
         T next = tau - value / slope;
         if (!(next > from && next < to)) next = from + (to - from) / 2;

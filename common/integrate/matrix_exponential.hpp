@@ -13,6 +13,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "common/integrate/affine.hpp"
+
 namespace farhand {
 
 template <class T>
@@ -20,15 +22,6 @@ using Wide = std::conditional_t<(sizeof(T) < sizeof(long double)), long double, 
 
 template <class T, std::size_t S>
 using SquareMatrix = std::array<std::array<T, S>, S>;
-
-// body(0), body(1) ... body(N - 1) without a loop: at -O2 the compiler keeps a loop, and a state in memory for it, where
-// N is 2.
-template <std::size_t N, class Body>
-constexpr void unrolled(Body&& body) noexcept {
-  [&]<std::size_t... i>(std::index_sequence<i...>) {
-    (body(std::integral_constant<std::size_t, i>{}), ...);
-  }(std::make_index_sequence<N>{});
-}
 
 // Even and odd terms apart: the sum is on the way from one tick to the next.
 template <class T, std::size_t S>

@@ -10,10 +10,11 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include "common/integrate/affine.hpp"
+#include "common/integrate/stiffness.hpp"
 #include "common/plant/environment.hpp"
-#include "common/plant/fastest_rate.hpp"
 #include "common/plant/motor_axis.hpp"
 #include "common/plant/therapist.hpp"
 
@@ -201,22 +202,25 @@ class AxisPlant {
     return flow;
   }
 
-  // Of its fastest motion in the stiffest contact, and of the bristle at a speed that no hand exceeds; 1/s.
-  double fastest_rate() const noexcept {
-    double fastest = 0;
+  // Where it is stiffest: in contact and free, and with a bristle at rest, turning round and at a speed that no hand
+  // exceeds.
+  template <class Self = AxisPlant>  // complete only when it is asked
+  std::vector<Situation<Self>> situations() const {
+    std::vector<Situation<Self>> all;
     for (const Mode stops : {Mode{0}, kAtStopMax}) {
       for (const Mode load : {Mode{0}, load_.everything()}) {
-        double stiffness = axis_.stops().stiffness(stops) + axis_.gravity() + load_.stiffness(load);
-        double damping = axis_.damping(stops) + load_.damping(load);
+        State s{};
+        s[0] = axis_.hanging();
+        all.push_back({stops | load, 0.0, s});
         if constexpr (kHasBristle) {
-          stiffness += 2.0 * bristle_.params().sigma_0;
-          damping += 2.0 * bristle_.params().sigma_1 + bristle_.params().sigma_2;
+          for (const auto& [v, F_b] : bristle_.extremes(kFastHand)) {
+            s[1] = v, s[2] = F_b;
+            all.push_back({stops | load, 0.0, s});
+          }
         }
-        fastest = std::max(fastest, oscillator_rate(J_, stiffness, damping));
       }
     }
-    if constexpr (kHasBristle) fastest = std::max(fastest, bristle_.settling_rate(kFastHand));
-    return fastest;
+    return all;
   }
 
  private:
