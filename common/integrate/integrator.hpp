@@ -122,10 +122,12 @@ class Integrator {
     if constexpr (kHasGuards) {
       if (!frozen_) {
         const Guards after = plant.guards(mode_, t_ + h, y);
-        guard = find_crossing(plant, h, y, after);
+        if (!far_from_borders(after)) guard = find_crossing(plant, h, y, after);
         event = guard != kNone;
-        if (!event) guards_ = after;
         if (event && !within_bounds(y)) return diverge();
+        before_ = guards_;
+        guards_ = after;
+        before_known_ = h == target - t_;
       }
     }
     ++work_.counters.steps;
@@ -204,6 +206,17 @@ class Integrator {
     return static_cast<std::size_t>(std::find_if(g.begin(), g.end(), [](double v) { return v < 0; }) - g.begin());
   }
 
+  // In this step and the one before, equally long and just as smooth, no guard moved by a quarter of what it is above
+  // zero: then it did not come down there and back in between.
+  bool far_from_borders(const Guards& after) const noexcept {
+    if (Scheme::kEmbedded || !before_known_) return false;
+    for (std::size_t i = 0; i < P::kGuards; ++i) {
+      const double moved = std::fabs(after[i] - guards_[i]) + std::fabs(guards_[i] - before_[i]);
+      if (!(std::fmin(after[i], guards_[i]) > 4.0 * moved)) return false;
+    }
+    return true;
+  }
+
   // The guard that falls below zero first within the step of length h to y, or kNone. If there is one, h and y are
   // shortened to the step that ends on it.
   std::size_t find_crossing(const P& plant, double& h, State& y, const Guards& after) noexcept {
@@ -211,18 +224,19 @@ class Integrator {
     const Guards third = plant.guards(mode_, t_ + h / 3.0, path.at(1.0 / 3.0));
     const Guards two_thirds = plant.guards(mode_, t_ + h * 2.0 / 3.0, path.at(2.0 / 3.0));
     std::array<GuardCubic, P::kGuards> cubic;
-    for (std::size_t i = 0; i < P::kGuards; ++i)
+    std::array<double, P::kGuards> dip;  // where a guard may be below zero though it is not at the end
+    bool suspected = false;
+    for (std::size_t i = 0; i < P::kGuards; ++i) {
       cubic[i] = GuardCubic::through(guards_[i], third[i], two_thirds[i], after[i]);
+      dip[i] = after[i] < 0 ? 0.0 : cubic[i].dip() * h;
+      suspected = suspected || after[i] < 0 || dip[i] > 0;
+    }
+    if (!suspected) return kNone;
 
     Trial high{h, y, after};
-    bool tried = false;
     for (std::size_t i = 0; i < P::kGuards; ++i) {
-      if (after[i] < 0) continue;
-      const double length = cubic[i].dip() * h;
-      if (!(length > 0 && length < high.length)) continue;
-      Trial dip;
-      tried = true;
-      if (take(plant, length, dip) && dip.g[i] < 0) high = dip;
+      Trial low;
+      if (dip[i] > 0 && dip[i] < high.length && take(plant, dip[i], low) && low.g[i] < 0) high = low;
     }
 
     std::size_t guard = kNone;
@@ -234,10 +248,8 @@ class Integrator {
     }
     if (guard != kNone)
       guard = search(plant, Trial{0.0, x_, guards_}, high, guard, first * h, cubic[guard].slope(first) / h);
-    if (guard != kNone || tried) {  // the stages kept are to be those of the step that is accepted
-      h = high.length;
-      Scheme::step(plant, mode_, t_, x_, h, y, work_);
-    }
+    h = high.length;
+    Scheme::step(plant, mode_, t_, x_, h, y, work_);  // the stages kept are to be those of the step that is accepted
     return guard;
   }
 
@@ -293,6 +305,7 @@ class Integrator {
   // Crosses what is below zero here and now: because an input jumped, or because two guards fell at the same instant.
   void settle(const P& plant) noexcept {
     if constexpr (kHasGuards) {
+      before_known_ = false;
       while (!frozen_ && status_ != IntegratorStatus::kDiverged) {
         guards_ = plant.guards(mode_, t_, x_);
         const std::size_t guard = first_negative(guards_);
@@ -305,12 +318,13 @@ class Integrator {
   IntegratorSettings settings_;
   Work<P> work_{};
   State x_{}, from_{}, to_{};
-  Guards guards_{};
+  Guards guards_{}, before_{};             // here, and where the last step began
   double t_ = 0, begin_ = 0, length_ = 0;  // begin and length of the last step, from_ to to_
   double next_step_, last_error_ = 1e-4;   // of the adaptive pair
   Mode mode_ = 0;
   int events_left_ = 0;
   bool frozen_ = false;  // events of this advance are used up
+  bool before_known_ = false;
   IntegratorStatus status_ = IntegratorStatus::kOk;
 };
 

@@ -24,8 +24,9 @@ class Lu {
       pivot_[j] = pivot;
       std::swap(m_[j], m_[pivot]);
       if (!(std::fabs(m_[j][j]) > 0) || !std::isfinite(m_[j][j])) return false;
+      inverse_[j] = 1.0 / m_[j][j];
       for (std::size_t i = j + 1; i < kStates; ++i) {
-        const double factor = m_[i][j] /= m_[j][j];
+        const double factor = m_[i][j] *= inverse_[j];
         for (std::size_t k = j + 1; k < kStates; ++k) m_[i][k] -= factor * m_[j][k];
       }
     }
@@ -38,12 +39,13 @@ class Lu {
       for (std::size_t j = 0; j < i; ++j) b[i] -= m_[i][j] * b[j];
     for (std::size_t i = kStates; i-- > 0;) {
       for (std::size_t j = i + 1; j < kStates; ++j) b[i] -= m_[i][j] * b[j];
-      b[i] /= m_[i][i];
+      b[i] *= inverse_[i];
     }
   }
 
  private:
   StateMatrix<kStates> m_{};
+  std::array<double, kStates> inverse_{};  // of the diagonal
   std::array<std::size_t, kStates> pivot_{};
 };
 
