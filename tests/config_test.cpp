@@ -112,7 +112,7 @@ TEST(Load, FrictionAndTheEndOfTheSpringAreAbsentUnlessNamed) {
 
 TEST(Load, OneFrictionAtOnePlace) {
   EXPECT_EQ(complaint(kBase + "master { motor { coulomb_nm: 0.1 lugre {} } }"),
-            "FILE:3:33: master.motor.lugre and coulomb_nm = 0.1 are two frictions at one place; give one");
+            "FILE:3:34: master.motor.lugre and coulomb_nm = 0.1 are two frictions at one place; give one");
   EXPECT_EQ(complaint(kBase + "slave { series_elastic { tendon_friction_nm: 0.1 tendon_lugre {} } }"),
             "FILE:3:50: slave.series_elastic.tendon_lugre and tendon_friction_nm = 0.1 are two frictions at one place; "
             "give one");
