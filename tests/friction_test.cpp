@@ -35,7 +35,7 @@ struct Led {
   Bristle bristle;
   double amplitude, w;
   double velocity(double t) const noexcept { return amplitude * w * std::cos(w * t); }
-  Mode mode_at(double t, const State& /*s*/) const noexcept { return velocity(t) < 0 ? kBackward : 0u; }
+  Mode mode_at(double t, const State& /*s*/) const noexcept { return velocity(t) < 0 ? kSlidesBack : 0u; }
   State derivative(Mode mode, double t, const State& s) const noexcept {
     const double v = velocity(t), rate = bristle.rate(direction(mode), v, s[0]);
     return {bristle.params().sigma_0 * rate, bristle.torque(s[0], v, rate) * v,
@@ -46,7 +46,7 @@ struct Led {
   std::array<double, kGuards> guards(Mode mode, double t, const State& /*s*/) const noexcept {
     return {direction(mode) * velocity(t)};
   }
-  Mode cross(Mode mode, std::size_t, double, State&) const noexcept { return mode ^ kBackward; }
+  Mode cross(Mode mode, std::size_t, double, State&) const noexcept { return mode ^ kSlidesBack; }
   double next_break(double) const noexcept { return INFINITY; }
 };
 

@@ -7,84 +7,19 @@
 #include <cmath>
 
 #include "common/analysis/bisect.hpp"
-#include "common/scene/drive.hpp"
+#include "tests/support/simulated_limits.hpp"
 
 namespace farhand {
 namespace {
 
-// J x'' + b x' + k x = tau over one period of held torque: Taylor series over parts of it.
-class ExactAxis {
- public:
-  ExactAxis(const Axis& axis, double dt)
-      : axis_(axis),
-        parts_(1 + static_cast<int>(4 * dt * (std::sqrt(axis.k / axis.J) + axis.b / axis.J))),
-        h_(dt / parts_) {}
-  void advance(double tau) {
-    for (int i = 0; i < parts_; ++i) {
-      double dx = v_, dv = acceleration(x_, v_, tau), factor = h_, x = x_, v = v_;
-      for (int order = 1; order <= 8; ++order) {
-        x += factor * dx;
-        v += factor * dv;
-        const double next = (-axis_.b * dv - axis_.k * dx) / axis_.J;
-        dx = dv;
-        dv = next;
-        factor *= h_ / (order + 1);
-      }
-      x_ = x, v_ = v;
-    }
-  }
-  double x_ = 0, v_ = 0;
-
- private:
-  double acceleration(double x, double v, double tau) const { return (tau - axis_.b * v - axis_.k * x) / axis_.J; }
-  Axis axis_;
-  int parts_;
-  double h_;
-};
-
-DirectDrive<1> drive_of(const SideLoop& loop) {
-  DriveParams p;
-  p.model = {.J_n = loop.J_n, .viscous = loop.viscous};
-  p.K = {loop.K_p, loop.K_d, loop.K_f};
-  p.g_dis = Cutoff::rad_s(loop.g_dis);
-  p.g_reac = Cutoff::rad_s(loop.g_reac);
-  p.g_v = Cutoff::rad_s(loop.g_v);
-  p.gate = {.torque = 1e12, .torque_rate = 1e15, .velocity = 1e9, .range_min = -1e12, .range_max = 1e12};
-  p.take_over_s = loop.dt;
-  p.dt_s = loop.dt;
-  return DirectDrive<1>(p);
-}
-
-// An axis that is pushed to 0.01 rad/s; the remote side stands still.
-bool comes_to_rest(const SideLoop& loop, int ticks = 6000) {
-  DirectDrive<1> drive = drive_of(loop);
-  ExactAxis axis(loop.axis, loop.dt);
-  drive.reset({Joints<1>(axis.x_), true});
-  axis.v_ = 0.01;
-  double middle = 0, end = 0;
-  for (int n = 0; n < ticks; ++n) {
-    const Motion<1> local = drive.observe({Joints<1>(axis.x_), true}, 1);
-    axis.advance(drive.follow(local, Motion<1>{}, true, 1).torque[0]);
-    if (!(std::abs(axis.v_) < 1e6)) return false;
-    if (n >= ticks / 4) {
-      double& most = n < ticks / 2 ? middle : end;
-      most = std::max(most, std::abs(axis.v_));
-    }
-  }
-  return end <= std::max(middle, 1e-9);  // below that is rounding
-}
-
-// By halving between a factor of two on both sides of where it should be.
+// The same of the blocks.
 template <class Set>
-double simulated_limit(const SideLoop& loop, double expected, const Set& set) {
-  double low = 0.5 * expected, high = 2 * expected;
-  for (int i = 0; i < 8; ++i) {
-    const double middle = std::sqrt(low * high);
+double limit_of_blocks(const SideLoop& loop, double expected, const Set& set) {
+  return simulated_limit(expected, [&](double g_dt) {
     SideLoop tried = loop;
-    set(tried, middle);
-    (comes_to_rest(tried) ? low : high) = middle;
-  }
-  return std::sqrt(low * high);
+    set(tried, g_dt);
+    return comes_to_rest(tried);
+  });
 }
 
 // g dt from 0.01 to 20, as the maps.
@@ -130,7 +65,7 @@ TEST(SideLoop, DobLimitIsThatOfTheBlocks) {
           set_g_dis(at_the_start, 0.01);
           EXPECT_FALSE(comes_to_rest(at_the_start, 60'000));
         } else {
-          EXPECT_NEAR(simulated_limit(loop, limit, set_g_dis), limit, 0.02 * limit);
+          EXPECT_NEAR(limit_of_blocks(loop, limit, set_g_dis), limit, 0.02 * limit);
           ++limited;
         }
       }
@@ -154,7 +89,7 @@ TEST(SideLoop, RtobLimitInContactIsThatOfTheBlocks) {
           set_g_reac(loop, 0.01);
           EXPECT_FALSE(comes_to_rest(loop, 60'000));
         } else {
-          EXPECT_NEAR(simulated_limit(loop, limit, set_g_reac), limit, 0.02 * limit);
+          EXPECT_NEAR(limit_of_blocks(loop, limit, set_g_reac), limit, 0.02 * limit);
           ++limited;
         }
       }

@@ -27,7 +27,7 @@ int zeros_outside(const Open& open, int delay, double radius) {
     before = now;
   }
   // Zeros inside, as many as poles, turn once each; every zero outside is one turn less over the whole circle.
-  return static_cast<int>(std::lround(-turned / std::numbers::pi));
+  return std::isfinite(turned) ? static_cast<int>(std::lround(-turned / std::numbers::pi)) : 0;
 }
 
 }  // namespace

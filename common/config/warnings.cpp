@@ -102,9 +102,19 @@ class Warner {
   }
 
   void together(const Contact& contact) {
-    constexpr int kLongest = 20'000;  // ticks: beyond, the count takes too long for what it tells
+    constexpr int kLongest = 12'000, kBounded = 2'000;  // ticks: beyond, counting takes too long for what it tells
     const Teleoperator whole = teleoperator(s_, contact);
     if (whole.round_trip > kLongest || growing_motions(whole, std::exp(kGrowth * s_.tick_s())) == 0) return;
+    std::string sentence = "both sides together are unstable in " + contact.name + ": architecture " +
+                           scene::Architecture_Name(s_.architecture()) + " over a round trip of " +
+                           rounded(whole.round_trip * s_.tick_s()) + " s, master.therapist.grip " +
+                           scene::Grip_Name(s_.master().therapist().grip()) + " (" + rounded(whole.master.axis.k) +
+                           " N m/rad)";
+    say(sentence + (whole.round_trip <= kBounded ? what_would_join(whole) : ""));
+  }
+
+  // The round trip and the grip that would do.
+  std::string what_would_join(const Teleoperator& whole) const {
     const auto stable_over = [&](double ticks) {
       Teleoperator tried = whole;
       tried.round_trip = static_cast<int>(ticks);
@@ -120,17 +130,13 @@ class Warner {
           return spectral_radius(tried.master) < 1.0 && growing_motions(tried) == 0;
         },
         1e-2, 1.0, kStep, kHalvings);
-    std::string sentence = "both sides together are unstable in " + contact.name + ": architecture " +
-                           scene::Architecture_Name(s_.architecture()) + " over a round trip of " +
-                           rounded(whole.round_trip * s_.tick_s()) + " s, master.therapist.grip " +
-                           scene::Grip_Name(s_.master().therapist().grip()) + " (" + rounded(whole.master.axis.k) +
-                           " N m/rad)";
+    std::string sentence;
     const double ticks = std::floor(first_failure(stable_over, 1.0, whole.round_trip, kStep, kHalvings));
     if (ticks >= 1.0) sentence += "; it would be stable over at most " + rounded(ticks * s_.tick_s()) + " s";
     if (held > 0.0)
       sentence += std::string(ticks >= 1.0 ? ", or" : "; it would be stable") + " in a hand of at least " +
                   rounded(whole.master.axis.k / held) + " N m/rad";
-    say(sentence);
+    return sentence;
   }
 
   std::vector<Knob> side_knobs(bool master) const {
@@ -333,6 +339,11 @@ class Warner {
       if (s_.operator_acts(i).at_s() > s_.duration_s())
         say(is("operator_acts[" + std::to_string(i) + "].at_s", s_.operator_acts(i).at_s()) +
             " lies after the end of the run, " + is("duration_s", s_.duration_s()));
+    for (int i = 0; i < s_.operator_acts_size(); ++i)
+      if (s_.operator_acts(i).act() == scene::ENGAGE && s_.operator_acts(i).at_s() < s_.network().backward().delay_s())
+        say(is("operator_acts[" + std::to_string(i) + "].at_s", s_.operator_acts(i).at_s()) +
+            " is before the slave can be heard, " + is("network.backward.delay_s", s_.network().backward().delay_s()) +
+            ": ENGAGE is ignored");
     if (s_.master().motor().gravity_nm() > s_.master().axis().torque_limit_nm())
       say(is("master.axis.torque_limit_nm", s_.master().axis().torque_limit_nm()) + " N m cannot hold the weight of " +
           is("master.motor.gravity_nm", s_.master().motor().gravity_nm()));

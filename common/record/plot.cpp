@@ -232,6 +232,7 @@ void Plot::range(std::string label, std::vector<double> x, std::vector<double> y
 void Plot::rule(double y, std::string label) {
   if (std::isfinite(y)) rules_.push_back({y, std::move(label)});
 }
+void Plot::mark(double x, double y, std::string label) { marks_.push_back({x, y, std::move(label)}); }
 void Plot::right_axis(std::string label, double factor) {
   right_label_ = std::move(label);
   right_factor_ = factor;
@@ -365,24 +366,37 @@ std::string Plot::svg() const {
     out +=
         text(width_ - kRight - 4, y.at(r.y) + (y.at(r.y) < kTop + 16 ? 12 : -4), "end", r.label, " class=\"rulename\"");
   }
+  for (const Mark& m : marks_) {
+    if (!x.shows(m.x) || !y.shows(m.y)) continue;
+    const double p = x.at(m.x), q = y.at(m.y);
+    const bool left_half = p < (kLeft + width_ - kRight) / 2;
+    out += "<circle cx=\"" + px(p) + "\" cy=\"" + px(q) + "\" r=\"8\" class=\"mark\"/>\n";
+    out += text(p + (left_half ? 12 : -12), q + 4, left_half ? "start" : "end", m.label, " class=\"rulename\"");
+  }
   out += "</svg>\n" + events_above(landmarks_, x, kTop, height_ - kBottom);
   out += rectangle(kLeft, kTop, width_ - kLeft - kRight, height_ - kTop - kBottom, "class=\"frame\"");
   return out + legend() + "</svg>\n";
 }
 
-// Above the axes and not within them, where it would cover data: beside the title, or below it if there is no room.
+// Above the axes and not within them, where it would cover data: beside the title, or below it if there is no room, in
+// two lines if it must.
 std::string Plot::legend() const {
   constexpr double kSample = 26, kToText = 4, kBetween = 14;
+  const auto width_of = [](const Series& s) {
+    return kSample + kToText + kBetween + kLetter * static_cast<double>(s.label.size());
+  };
   double width = 0;
   for (const Series& s : series_) {
-    if (!s.label.empty()) width += kSample + kToText + kBetween + kLetter * static_cast<double>(s.label.size());
+    if (!s.label.empty()) width += width_of(s);
   }
   const bool beside = kTitleLetter * static_cast<double>(title_.size()) + width < width_ - kLeft - kRight;
-  const double line = beside ? kTitleLine : kWindowLine, middle = line - 4;
+  double line = beside ? kTitleLine : kWindowLine;
   double left = std::max(2.0, width_ - kRight - width + kBetween);
   std::string out;
   for (const Series& s : series_) {
     if (s.label.empty()) continue;
+    if (left + width_of(s) - kBetween > width_ && line == kWindowLine) line = kEventLine, left = 2;
+    const double middle = line - 4;
     const Look ink = look(s.ink);
     const bool solid = s.filled && (s.kind == Kind::kBars || s.kind == Kind::kRange);
     if (s.kind == Kind::kPoints) {
@@ -393,7 +407,7 @@ std::string Plot::legend() const {
       out += line_element(left, middle, left + kSample, middle, stroke(ink));
     }
     out += text(left + kSample + kToText, line, "start", s.label);
-    left += kSample + kToText + kBetween + kLetter * static_cast<double>(s.label.size());
+    left += width_of(s);
   }
   return out;
 }

@@ -52,6 +52,7 @@ class Plot {
   void range(std::string label, std::vector<double> x, std::vector<double> y, Ink ink,
              bool filled);                            // least to greatest
   void rule(double y, std::string label);             // horizontal: a limit or an ideal
+  void mark(double x, double y, std::string label);   // a ring around one place
   void right_axis(std::string label, double factor);  // y times factor, in another unit
   void landmarks(const Landmarks& landmarks) { landmarks_ = landmarks; }
 
@@ -72,6 +73,10 @@ class Plot {
     double y;
     std::string label;
   };
+  struct Mark {
+    double x, y;
+    std::string label;
+  };
   struct Scale;
   Scale x_scale() const;
   Scale y_scale() const;
@@ -83,6 +88,7 @@ class Plot {
   double width_, height_;
   std::vector<Series> series_;
   std::vector<Rule> rules_;
+  std::vector<Mark> marks_;
   std::string right_label_;
   double right_factor_ = 0;
   Landmarks landmarks_;

@@ -33,7 +33,7 @@ p{margin:6px 0;max-width:76ch}.under{color:#555;margin:0 0 14px}.note{color:#555
 svg{display:block;max-width:100%;height:auto;margin:10px 0 2px;font:11px "Helvetica Neue",Arial,"Liberation Sans","DejaVu Sans",sans-serif;fill:#333}
 svg .title{font-size:13px;font-weight:600;fill:#111}svg .label{font-size:11.5px}svg .grid{stroke:#e3e3e3;stroke-width:.7}svg .frame{fill:none;stroke:#777;stroke-width:.9}svg .axis{stroke:#777}
 svg .window{fill:#f1f1ec}svg .windowname{fill:#77776a;font-style:italic;font-size:10.5px}svg .event{stroke:#777;stroke-width:.8;stroke-dasharray:3 3}svg .eventname{font-size:10px;fill:#555}
-svg .rule{stroke:#111;stroke-width:1;stroke-dasharray:9 4}svg .rulename{fill:#111}svg .lanename{fill:#111}
+svg .rule{stroke:#111;stroke-width:1;stroke-dasharray:9 4}svg .rulename{fill:#111}svg .lanename{fill:#111}svg .mark{fill:none;stroke:#111;stroke-width:1.6}
 .pair{display:flex;gap:10px}.pair svg{flex:1 1 0;min-width:0}
 table{border-collapse:collapse;margin:8px 0;font-size:12.5px}th,td{text-align:left;vertical-align:top;padding:3px 12px 3px 0;border-bottom:1px solid #e3e3e3}th{border-bottom:1px solid #777}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}code,pre{font:11.5px/1.4 "DejaVu Sans Mono",Menlo,Consolas,monospace}pre{background:#f6f6f6;padding:10px 12px;white-space:pre-wrap;overflow-wrap:anywhere}
@@ -234,22 +234,10 @@ std::string events_table(const std::vector<SessionEvent>& events) {
   return out;
 }
 
-std::string versions() {
-  const auto dotted = [](int v, int a, int b) {
-    return std::to_string(v / a) + "." + std::to_string(v / b % (a / b)) + "." + std::to_string(v % b);
-  };
-  return "Eigen " + std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
-         std::to_string(EIGEN_MINOR_VERSION) + ", Protobuf " + dotted(GOOGLE_PROTOBUF_VERSION, 1000000, 1000) +
-         ", Asio " + dotted(ASIO_VERSION, 100000, 100) + ", Boost " + dotted(BOOST_VERSION, 100000, 100) +
-         ", nlohmann-json " + std::to_string(NLOHMANN_JSON_VERSION_MAJOR) + "." +
-         std::to_string(NLOHMANN_JSON_VERSION_MINOR) + "." + std::to_string(NLOHMANN_JSON_VERSION_PATCH) +
-         ", compiled by g++ or compatible " + __VERSION__;
-}
-
 std::string footer(const Session& session) {
   const std::string seed = std::to_string(session.seed);
   std::string out = "<footer>\n" + paragraph("farhand " FARHAND_VERSION ", scene " + session.scene_name + ", seed " +
-                                             seed + ". " + versions() + ".");
+                                             seed + ". " + library_versions() + ".");
   out += paragraph(std::string("To reproduce: save the scene below as scene.txtpb and run") +
                    (session.deterministic ? ":" : " it in virtual time:"));
   out += "<pre>farhand-lab run ./scene.txtpb --seed " + seed + " --report report.html</pre>\n";
@@ -270,16 +258,31 @@ std::string or_note(const std::string& picture, const std::string& otherwise) {
 
 }  // namespace
 
+std::string library_versions() {
+  const auto dotted = [](int v, int a, int b) {
+    return std::to_string(v / a) + "." + std::to_string(v / b % (a / b)) + "." + std::to_string(v % b);
+  };
+  return "Eigen " + std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
+         std::to_string(EIGEN_MINOR_VERSION) + ", Protobuf " + dotted(GOOGLE_PROTOBUF_VERSION, 1000000, 1000) +
+         ", Asio " + dotted(ASIO_VERSION, 100000, 100) + ", Boost " + dotted(BOOST_VERSION, 100000, 100) +
+         ", nlohmann-json " + std::to_string(NLOHMANN_JSON_VERSION_MAJOR) + "." +
+         std::to_string(NLOHMANN_JSON_VERSION_MINOR) + "." + std::to_string(NLOHMANN_JSON_VERSION_PATCH) +
+         ", compiled by g++ or compatible " + __VERSION__;
+}
+
+std::string html_page(const std::string& title, const std::string& body) {
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" "
+         "content=\"width=device-width\"/>\n<title>" +
+         escaped(title) + "</title>\n<style>" + std::string(kStyle) + "</style>\n</head>\n<body>\n" + body +
+         "</body>\n</html>\n";
+}
+
 std::string report_html(const Session& session, const scene::Scene& scene, const Metrics& metrics) {
   const Figures figures(session, scene);
   const std::string name = session.scene_name.empty() ? "unnamed scene" : session.scene_name;
-  std::string out =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" "
-      "content=\"width=device-width\"/>\n<title>farhand: " +
-      escaped(name) + "</title>\n<style>" + std::string(kStyle) + "</style>\n</head>\n<body>\n";
-  out += "<h1>Session " + escaped(name) + "</h1>\n<p class=\"under\">" + escaped(scene.description()) +
-         (scene.description().empty() ? "" : " \u00b7 ") + "seed " + std::to_string(session.seed) + " \u00b7 " +
-         (session.deterministic ? "virtual time" : "real time") + "</p>\n";
+  std::string out = "<h1>Session " + escaped(name) + "</h1>\n<p class=\"under\">" + escaped(scene.description()) +
+                    (scene.description().empty() ? "" : " \u00b7 ") + "seed " + std::to_string(session.seed) +
+                    " \u00b7 " + (session.deterministic ? "virtual time" : "real time") + "</p>\n";
   out += verdict_box(metrics) + said_at_load(session) + cards(metrics, scene);
   out += figures.positions() + figures.torques() + figures.states();
   out += note(
@@ -322,7 +325,7 @@ std::string report_html(const Session& session, const scene::Scene& scene, const
   out += "<h2>Events</h2>\n" + events_table(figures.events());
   out += "<h2>All metrics</h2>\n" + metrics_table(metrics);
   out += "<h2>Counters</h2>\n" + counters_table(session);
-  return out + footer(session) + "</body>\n</html>\n";
+  return html_page("farhand: " + name, out + footer(session));
 }
 
 void write_report(const Session& session, const scene::Scene& scene, const Metrics& metrics,

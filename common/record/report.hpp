@@ -11,6 +11,11 @@ namespace farhand {
 
 std::string report_html(const Session& session, const scene::Scene& scene, const Metrics& metrics);
 
+// The page around any report: its head, its looks. title is text, body is HTML.
+std::string html_page(const std::string& title, const std::string& body);
+// What the program was built with, in words.
+std::string library_versions();
+
 // Throws std::runtime_error with the path if the file cannot be written.
 void write_report(const Session& session, const scene::Scene& scene, const Metrics& metrics,
                   const std::filesystem::path& path);

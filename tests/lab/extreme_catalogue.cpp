@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "tests/lab/extreme_families.hpp"
 
 namespace farhand::extreme {
@@ -47,6 +49,15 @@ Cases catalogue() {
   add_network(cases);
   add_faults(cases);
   add_sensors(cases);
+  // Families together, in the order in which they first appear: some are filled from several files.
+  std::vector<std::string> families;
+  const auto place = [&](const Case& c) {
+    const auto found = std::ranges::find(families, c.family);
+    if (found == families.end()) families.push_back(c.family);
+    return found - families.begin();
+  };
+  for (const Case& c : cases) place(c);
+  std::ranges::stable_sort(cases, {}, place);
   return cases;
 }
 

@@ -132,11 +132,12 @@ void add_saturation(Cases& cases) {
                                       "slave.axis.torque_rate_limit_nm_per_s=" + shortest(rate)}));
   }
   for (const double speed : {0.02, 0.1, 0.5, 4.0}) {
-    cases.push_back(session_case(family, "orthosis: motor no faster than " + shortest(speed) + " rad/s", accurate(1e-4),
+    cases.push_back(session_case(family, "orthosis: motor no faster than " + shortest(speed) + " rad/s",
+                                 accurate(kFrame),
                                  Sets{"duration_s=20", "slave.device=SERIES_ELASTIC", "control.K_f_per_kgm2=125",
                                       "slave.series_elastic.motor_speed_limit_rad_s=" + shortest(speed)}));
     cases.push_back(session_case(family, "orthosis: reference no faster than " + shortest(speed) + " rad/s",
-                                 accurate(1e-4),
+                                 accurate(kFrame),
                                  Sets{"duration_s=20", "slave.device=SERIES_ELASTIC", "control.K_f_per_kgm2=125",
                                       "slave.axis.velocity_limit_rad_s=" + shortest(speed)}));
   }

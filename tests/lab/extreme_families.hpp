@@ -7,6 +7,8 @@ namespace farhand::extreme {
 
 using Cases = std::vector<Case>;
 
+// One unit of an angle in a frame to the MCU, rad: no session with an orthosis is closer to statics than that.
+constexpr double kFrame = 1.0 / 8192;
 // The stops of the slave's side, and how far its largest torque can throw it into one: 3 N m over the whole range are
 // 3.14 J, and a stop of 3000 N m/rad takes them in 46 mrad.
 constexpr double kStops = 0.5236 + 0.046;

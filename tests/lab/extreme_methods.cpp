@@ -82,7 +82,8 @@ template <class Scheme>
 void add_limit(Cases& cases, const Stiff& wall) {
   cases.push_back({"step limits", std::string(Scheme::kName) + ", " + wall.name(), accurate(0.1), [wall] {
                      const double theory = theory_limit(Scheme::kMethod, wall);
-                     double low = 0.5 * theory, high = 2 * theory;
+                     const double fastest = std::sqrt(wall.k / kJ) * std::max(1.0, 2 * wall.ratio);
+                     double low = 0.1 / fastest, high = 10 / fastest;
                      Outcome out;
                      while (high / low > 1.001) {
                        const double middle = std::sqrt(low * high);

@@ -114,7 +114,7 @@ void add_springs(Cases& cases) {
                                  {.spring = spring}));
   for (const char* spring : {"5", "10", "20", "40"}) {
     cases.push_back(session_case(
-        "springs", std::string("series spring of ") + spring + " N m/rad, session with the MCU", accurate(2e-4),
+        "springs", std::string("series spring of ") + spring + " N m/rad, session with the MCU", accurate(kFrame),
         Sets{"slave.device=SERIES_ELASTIC", "control.K_f_per_kgm2=125", "duration_s=12",
              std::string("slave.series_elastic.spring_nm_per_rad=") + spring}));
   }

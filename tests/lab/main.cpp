@@ -2,12 +2,8 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <fstream>
 #include <iomanip>
-#include <iostream>
 
 #include "common/config/schema.hpp"
 #include "common/record/export.hpp"
@@ -18,7 +14,9 @@
 #include "common/record/summary.hpp"
 #include "common/runtime/program.hpp"
 #include "tests/lab/extreme_command.hpp"
+#include "tests/lab/limits_command.hpp"
 #include "tests/lab/simulation.hpp"
+#include "tests/lab/write_to.hpp"
 
 namespace farhand {
 namespace {
@@ -28,22 +26,6 @@ namespace fs = std::filesystem;
 struct Outputs {
   std::string json, csv, report, record;
 };
-
-// "-" is standard output. Throws when the file cannot be written to its end.
-template <class Write>
-void write_to(const std::string& path, Write&& write) {
-  if (path.empty()) return;
-  if (path == "-") {
-    write(std::cout);
-    std::cout.flush();
-    return;
-  }
-  std::ofstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
-  write(file);
-  file.close();
-  if (!file) throw std::runtime_error("could not write all of " + path + ": " + std::strerror(errno));
-}
 
 void write_outputs(const Outputs& to, const Session& session, const scene::Scene& scene, const Metrics& metrics) {
   write_to(to.json, [&](std::ostream& out) { out << summary_json(metrics, !session.deterministic); });
@@ -205,6 +187,9 @@ int main(int argc, char** argv) {
   CLI::App* checked = app.add_subcommand("check", "say everything that is wrong with scene files");
   checked->add_option("FILE", files, "scene files or names")->required();
 
+  LimitsChoice limits_choice;
+  CLI::App* limits = add_limits(app, limits_choice);
+
   bool json = false;
   CLI::App* printed =
       app.add_subcommand("schema", "every setting with unit, range, default and meaning, and every metric");
@@ -237,6 +222,7 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, [&] {
     if (run->parsed()) return run_scene(choice, outputs);
     if (checked->parsed()) return check(files);
+    if (limits->parsed()) return run_limits(limits_choice);
     if (printed->parsed()) return schema(json);
     if (made->parsed()) return make_directory(choice);
     if (reported->parsed()) return report(directory);
