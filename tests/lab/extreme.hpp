@@ -51,6 +51,7 @@ struct Outcome {
   std::string unit;        // of error
   std::string second_way;  // what it was judged against
   std::string what;        // what happened, one sentence
+  std::string cell;        // what stands in the table of the family
   std::string refusal;     // why it did not run, or stopped and said so; empty: it ran to its end
   Block first_bad = Block::kNone;
   bool bad_at_actuator = false;  // a command that is not finite: never right
@@ -64,7 +65,8 @@ struct Case {
   std::string family, name;
   Expected expected;
   std::function<Outcome()> run;
-  bool quick = true;  // part of the quick cut
+  bool quick = true;                  // part of the quick cut
+  std::string row = {}, column = {};  // of the table of its family, if it has one
 };
 
 // By family, in the order of the catalogue.

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "tests/lab/extreme_families.hpp"
 
 namespace farhand::extreme {
@@ -39,11 +41,23 @@ Sets both_ways(const std::vector<std::string>& settings) {
 
 Cases catalogue() {
   Cases cases;
+  add_contact(cases);
+  add_stiff(cases);
+  add_methods(cases);
   add_control(cases);
   add_saturation(cases);
   add_network(cases);
   add_faults(cases);
   add_sensors(cases);
+  // Families together, in the order in which they first appear: some are filled from several files.
+  std::vector<std::string> families;
+  const auto place = [&](const Case& c) {
+    const auto found = std::ranges::find(families, c.family);
+    if (found == families.end()) families.push_back(c.family);
+    return found - families.begin();
+  };
+  for (const Case& c : cases) place(c);
+  std::ranges::stable_sort(cases, {}, place);
   return cases;
 }
 

@@ -9,10 +9,6 @@
 namespace farhand::extreme {
 namespace {
 
-// The stops of the slave's side, and how far its largest torque can throw it into one: 3 N m over the whole range are
-// 3.14 J, and a stop of 3000 N m/rad takes them in 46 mrad.
-constexpr double kStops = 0.5236 + 0.046;
-
 // The laws are those of 1 ms; from some period on they cannot be stable, whatever the rest does.
 void add_periods(Cases& cases) {
   const std::string family = "control periods";
@@ -65,7 +61,7 @@ void add_cutoffs(Cases& cases) {
 void add_gains(Cases& cases) {
   const std::string family = "gains at and over 1/J_n";
   for (const double times : {0.1, 0.5, 1.0, 1.5, 2.0, 4.0, 10.0}) {
-    LoopPlan stiff{.K_f = times * 250, .meter_s = 25e-6};
+    LoopPlan stiff{.K_f = times * 250};
     stiff.slave.stiffness = 1000, stiff.slave.damping = 0.4;
     cases.push_back(
         loop_case(family, "K_f " + shortest(times) + "/J_n on a spring of 1000 N m/rad", accurate(1e-9), stiff));
@@ -136,11 +132,12 @@ void add_saturation(Cases& cases) {
                                       "slave.axis.torque_rate_limit_nm_per_s=" + shortest(rate)}));
   }
   for (const double speed : {0.02, 0.1, 0.5, 4.0}) {
-    cases.push_back(session_case(family, "orthosis: motor no faster than " + shortest(speed) + " rad/s", accurate(1e-4),
+    cases.push_back(session_case(family, "orthosis: motor no faster than " + shortest(speed) + " rad/s",
+                                 accurate(kFrame),
                                  Sets{"duration_s=20", "slave.device=SERIES_ELASTIC", "control.K_f_per_kgm2=125",
                                       "slave.series_elastic.motor_speed_limit_rad_s=" + shortest(speed)}));
     cases.push_back(session_case(family, "orthosis: reference no faster than " + shortest(speed) + " rad/s",
-                                 accurate(1e-4),
+                                 accurate(kFrame),
                                  Sets{"duration_s=20", "slave.device=SERIES_ELASTIC", "control.K_f_per_kgm2=125",
                                       "slave.axis.velocity_limit_rad_s=" + shortest(speed)}));
   }

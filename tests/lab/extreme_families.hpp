@@ -7,6 +7,15 @@ namespace farhand::extreme {
 
 using Cases = std::vector<Case>;
 
+// One unit of an angle in a frame to the MCU, rad: no session with an orthosis is closer to statics than that.
+constexpr double kFrame = 1.0 / 8192;
+// The stops of the slave's side, and how far its largest torque can throw it into one: 3 N m over the whole range are
+// 3.14 J, and a stop of 3000 N m/rad takes them in 46 mrad.
+constexpr double kStops = 0.5236 + 0.046;
+
+void add_contact(Cases& cases);     // walls, short and double contacts, no damping, no mass
+void add_stiff(Cases& cases);       // bristles, springs, ratios of inertia, light plants
+void add_methods(Cases& cases);     // every integrator on every stiff plant
 void add_control(Cases& cases);     // control periods, cut-offs, gains, J_n, encoders
 void add_saturation(Cases& cases);  // torque, speed and encoder saturation
 void add_network(Cases& cases);     // delays, jitter, loss, tampered packets, clocks

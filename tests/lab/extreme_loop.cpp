@@ -224,7 +224,12 @@ Outcome run_loop(const LoopPlan& plan) {
     watch.command(torque);
     return torque;
   };
-  const int pieces = 2 * std::max(2, static_cast<int>(std::ceil(plan.dt / (2 * plan.meter_s))));
+  double fastest = 1 / plan.dt;
+  for (const LoopSide* side : {&plan.master, &plan.slave}) {
+    const double J = side->J + side->inertia;
+    fastest = std::max({fastest, std::sqrt(side->stiffness / J), (side->viscous + side->damping) / J});
+  }
+  const int pieces = 2 * std::max(2, static_cast<int>(std::ceil(plan.dt * fastest / plan.meter)));
   double largest = 0, worst = 0;
   std::uint64_t k = 0;
   for (; k < plan.ticks; ++k) {

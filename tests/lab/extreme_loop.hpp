@@ -26,7 +26,7 @@ struct LoopPlan {
   double dt = 1e-3;
   int delay_ticks = 1;
   std::uint64_t ticks = 3000;
-  double meter_s = 250e-6;  // pieces of the energy balance
+  double meter = 0.06;  // pieces of the energy balance, in units of the fastest motion
 };
 
 // error: largest distance of a position of the product from the exact one, over the largest position so far: relative.

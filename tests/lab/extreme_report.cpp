@@ -1,5 +1,6 @@
 #include "tests/lab/extreme_report.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -75,6 +76,34 @@ std::string row(const std::vector<std::string>& cells, const char* tag = "td", c
            tag + ">";
   }
   return out + "</tr>\n";
+}
+
+// Rows and columns of a family in the order of the catalogue; empty if it has none.
+std::string table_of(const std::vector<Result>& results, const std::string& family) {
+  std::vector<std::string> rows, columns;
+  std::map<std::pair<std::string, std::string>, const Result*> cells;
+  const auto note = [](std::vector<std::string>& all, const std::string& one) {
+    if (std::ranges::find(all, one) == all.end()) all.push_back(one);
+  };
+  for (const Result& r : results) {
+    if (r.of->family != family || r.of->row.empty()) continue;
+    note(rows, r.of->row);
+    note(columns, r.of->column);
+    cells[{r.of->row, r.of->column}] = &r;
+  }
+  if (rows.empty()) return "";
+  std::vector<std::string> line{""};
+  line.insert(line.end(), columns.begin(), columns.end());
+  std::string out = "<table>\n" + row(line, "th");
+  for (const std::string& name : rows) {
+    line = {name};
+    for (const std::string& column : columns) {
+      const auto found = cells.find({name, column});
+      line.push_back(found == cells.end() ? "refuses" : found->second->outcome.cell);
+    }
+    out += row(line);
+  }
+  return out + "</table>\n";
 }
 
 }  // namespace
@@ -153,7 +182,8 @@ std::string html_of(const std::vector<Result>& results) {
   std::string family;
   for (const Result& r : results) {
     if (r.of->family != family) {
-      out += (family.empty() ? "" : "</table>\n") + std::string("<h2>") + escaped(r.of->family) + "</h2>\n<table>\n" +
+      out += (family.empty() ? "" : "</table>\n") + std::string("<h2>") + escaped(r.of->family) + "</h2>\n" +
+             table_of(results, r.of->family) + "<table>\n" +
              row({"case", "expected", "\tfound", "judged against", "what happened", "first bad number", "\tenergy",
                   "\twork"},
                  "th");

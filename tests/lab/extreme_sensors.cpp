@@ -158,6 +158,15 @@ void add_sensors(Cases& cases) {
   cases.push_back(counts_case("joint encoder: least count", true, kLeast, "mcu fault: joint encoder"));
   cases.push_back(counts_case("motor encoder: largest count", false, kMost, "mcu fault: motor encoder"));
   cases.push_back(counts_case("motor encoder: least count", false, kLeast, "mcu fault: motor encoder"));
+  // An angle just beyond what the MCU takes for one (4 rad), and one that no joint reaches from here within a loop.
+  const std::string saturation = "torque, speed and encoder saturation";
+  const auto at = [](double angle) {
+    return static_cast<std::int32_t>(std::lround(angle / mcu::encoder_unit_rad(20000)));
+  };
+  cases.push_back(counts_case("joint encoder at 4.01 rad", true, at(4.01), "mcu fault: joint encoder", saturation));
+  cases.push_back(counts_case("joint encoder at -4.01 rad", true, at(-4.01), "mcu fault: joint encoder", saturation));
+  cases.push_back(counts_case("motor encoder at 4.01 rad", false, at(4.01), "mcu fault: motor encoder", saturation));
+  cases.push_back(counts_case("joint encoder leaps by 1 rad", true, at(1.0), "mcu fault: joint encoder", saturation));
   add_letters(cases);
 }
 
