@@ -12,6 +12,7 @@
 
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
+#include "common/config/world_params.hpp"
 
 namespace farhand {
 namespace {
@@ -87,6 +88,36 @@ TEST(Load, FillsInEveryDefault) {
   EXPECT_FALSE(scene.windows().has_free());
   EXPECT_FALSE(scene.windows().has_contact());
   EXPECT_EQ(load_text(kBase + "slave { hand {} }").slave().hand().stiffness_nm_per_rad(), 2);
+}
+
+// What a scene does not name is not in its world.
+TEST(Load, FrictionAndTheEndOfTheSpringAreAbsentUnlessNamed) {
+  const scene::Scene scene = load_text(kBase + "slave { device: SERIES_ELASTIC }");
+  EXPECT_EQ(world_numerics(scene).method, Method::kAuto);
+  EXPECT_EQ(master_world_params(scene).motor.friction(), Friction::kNone);
+  EXPECT_EQ(series_elastic_world_params(scene).friction(), Friction::kNone);
+  EXPECT_EQ(series_elastic_world_params(scene).actuator.spring_range, 0);
+  const scene::Scene rough =
+      load_text(kBase +
+                "master { motor { coulomb_nm: 0.1 } } slave { motor { lugre {} } series_elastic { tendon_friction_nm: "
+                "0.05 spring_range_rad: 0.2 } } world { method: SDIRK2 rtol: 1e-6 }");
+  EXPECT_EQ(master_world_params(rough).motor.coulomb, 0.1);
+  EXPECT_EQ(direct_slave_world_params(rough).motor.bristle->F_s, 0.07);
+  EXPECT_EQ(series_elastic_world_params(rough).actuator.tendon->sigma_0, 20);
+  EXPECT_EQ(series_elastic_world_params(rough).actuator.tendon->F_s, 0.05);
+  EXPECT_EQ(series_elastic_world_params(rough).actuator.spring_range, 0.2);
+  EXPECT_EQ(world_numerics(rough).method, Method::kSdirk2);
+  EXPECT_EQ(world_numerics(rough).settings.rtol, 1e-6);
+}
+
+TEST(Load, OneFrictionAtOnePlace) {
+  EXPECT_EQ(complaint(kBase + "master { motor { coulomb_nm: 0.1 lugre {} } }"),
+            "FILE:3:34: master.motor.lugre and coulomb_nm = 0.1 are two frictions at one place; give one");
+  EXPECT_EQ(complaint(kBase + "slave { series_elastic { tendon_friction_nm: 0.1 tendon_lugre {} } }"),
+            "FILE:3:50: slave.series_elastic.tendon_lugre and tendon_friction_nm = 0.1 are two frictions at one place; "
+            "give one");
+  EXPECT_EQ(complaint(kBase + "slave { motor { lugre { F_c_nm: 0.1 } } }"),
+            "FILE:3:25: slave.motor.lugre.F_c_nm = 0.1 must be at most F_s_nm = 0.07");
 }
 
 TEST(Load, EveryDefaultOfTheSchemaIsItselfAllowed) {
@@ -246,6 +277,19 @@ TEST(Load, ChecksWhatMustFitTogether) {
             "FILE:4:17: operator_acts[1].at_s = 1 lies before the act above it, at_s = 2");
 }
 
+TEST(Load, RefusesWhatCannotBe) {
+  EXPECT_EQ(complaint(kBase + "slave { motor { stop_min_rad: 0.1 } }"),
+            "FILE:3:17: slave.motor.stop_min_rad = 0.1 must be at most 0: a device starts at 0 rad");
+  EXPECT_EQ(complaint(kBase + "master { motor { stop_max_rad: -0.1 } }"),
+            "FILE:3:18: master.motor.stop_max_rad = -0.1 must be at least 0: a device starts at 0 rad");
+  EXPECT_EQ(complaint(kBase + "slave { motor { stop_min_rad: 0 } }"), "");
+  EXPECT_EQ(complaint(kBase + "slave { series_elastic { stop_min_rad: 0.1 } }"), "") << "not the device of this scene";
+  EXPECT_EQ(complaint(kBase + "tick_s: 0.0008\nslave { device: SERIES_ELASTIC }"),
+            "FILE:3:1: tick_s = 8e-4 is shorter than a frame on the serial line of a SERIES_ELASTIC slave takes: give "
+            "at least 0.00087 s");
+  EXPECT_EQ(complaint(kBase + "tick_s: 0.0008\nslave { device: DIRECT_DRIVE }"), "");
+}
+
 TEST(Set, OverridesAndMends) {
   const scene::Scene scene = load_text(
       "duration_s: -1\noperator_acts { at_s: 1 act: ENGAGE }\nslave { hand { rest_rad: 0.1 } }",
@@ -314,9 +358,9 @@ TEST(CompleteText, KeepsEveryBitOfANumber) {
   std::mt19937_64 random(5);
   for (int i = 0; i < 2000; ++i) {
     const double value = std::ldexp(static_cast<double>(random()), -50);  // up to 2^14
-    scene.mutable_control()->set_k_d_per_s(value / 2);
+    scene.mutable_network()->set_peer_clock_offset_s(value / 2);
     const std::string text = complete_text(scene);
-    EXPECT_EQ(load_text(text).control().k_d_per_s(), value / 2);
+    EXPECT_EQ(load_text(text).network().peer_clock_offset_s(), value / 2);
   }
   scene.mutable_control()->set_k_d_per_s(0.1);
   EXPECT_NE(complete_text(scene).find("K_d_per_s: 0.1\n"), std::string::npos);

@@ -63,7 +63,7 @@ class Contract : public testing::Test {
     Mode bits = plant.mode_at(t, x);
     if (random_() % 2 == 0) bits ^= static_cast<Mode>(random_()) & (kAtStopMin | kAtStopMax);
     if (random_() % 2 == 0 && (bits & kHandPresent) != 0) bits ^= static_cast<Mode>(random_()) & kAtWall;
-    if (random_() % 2 == 0) bits ^= kBackward;
+    if (random_() % 2 == 0) bits ^= kSlidesBack;
     if (P::kStates == 2 && P::kGuards > 2 && random_() % 8 == 0) bits |= static_cast<Mode>(random_()) & kSticking;
     return bits;
   }

@@ -27,7 +27,7 @@ template <class P, class Input>
 void balance(const char* name, const P& made, Input input, double seconds) {
   Metered<P> plant(made);
   IntegratorSettings settings;
-  settings.max_step = 1e-3, settings.rtol = 1e-11, settings.atol = 1e-13;
+  settings.max_step = 1e-3, settings.rtol = 1e-13, settings.atol = 1e-15;
   Integrator<DormandPrince, Metered<P>> integrator(settings);
   integrator.start(plant, 0, plant.start());
   const double before = plant.plant().stored_energy(0, made.start());

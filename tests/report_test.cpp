@@ -212,6 +212,16 @@ TEST(Report, EscapesEveryTextThatComesFromOutside) {
   EXPECT_NE(html.find("&lt;b&gt;demo&lt;/b&gt; &amp; &#39;more&#39;"), std::string::npos);
 }
 
+TEST(Report, RepeatsWhatWasSaidAtLoad) {
+  Session session = made_up_session();
+  const scene::Scene scene = made_up_scene();
+  EXPECT_EQ(report_html(session, scene, compute_metrics(session, scene)).find("Said at load"), std::string::npos);
+  session.scene_text += "control { g_v_rad_s: 5000 }\n";
+  const std::string html = report_html(session, scene, compute_metrics(session, scene));
+  expect_sound(html);
+  EXPECT_NE(html.find("Said at load:<ul>\n<li>control.g_v_rad_s = 5000 rad/s is above 3.14e+03"), std::string::npos);
+}
+
 TEST(Report, SurvivesEmptyAndBrokenSessions) {
   expect_sound(report_html(Session{}, scene::Scene{}, compute_metrics(Session{}, scene::Scene{})));
   const Session good = made_up_session();

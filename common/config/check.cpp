@@ -140,6 +140,27 @@ void check_friction(Checker& checker, const M& message, double other, const std:
         path, path + " and " + other_name + " = " + shortest(other) + " are two frictions at one place; give one");
 }
 
+// Every device starts at 0 rad, at rest: not inside a stop.
+template <class M>
+void check_start(Checker& checker, const M& device, const std::string& prefix) {
+  if (device.stop_min_rad() >= device.stop_max_rad()) return;  // said already
+  if (device.stop_min_rad() > 0)
+    checker.complain(prefix + "stop_min_rad", prefix + "stop_min_rad = " + shortest(device.stop_min_rad()) +
+                                                  " must be at most 0: a device starts at 0 rad");
+  if (device.stop_max_rad() < 0)
+    checker.complain(prefix + "stop_max_rad", prefix + "stop_max_rad = " + shortest(device.stop_max_rad()) +
+                                                  " must be at least 0: a device starts at 0 rad");
+}
+
+// Ten bytes of ten bits per frame at 115200 baud, one frame per tick.
+void check_serial_line(Checker& checker, const scene::Scene& scene) {
+  constexpr double kFrame_s = 10 * 10 / 115200.0;
+  if (scene.slave().device() != scene::SERIES_ELASTIC || scene.tick_s() >= kFrame_s) return;
+  checker.complain("tick_s", "tick_s = " + shortest(scene.tick_s()) +
+                                 " is shorter than a frame on the serial line of a SERIES_ELASTIC slave takes: give at "
+                                 "least 0.00087 s");
+}
+
 void check_together(Checker& checker, const scene::Scene& scene) {
   check_order(checker, scene.control(), "control.", "f_1_nm", "f_2_nm");
   check_order(checker, scene.master().axis(), "master.axis.", "range_min_rad", "range_max_rad");
@@ -147,6 +168,12 @@ void check_together(Checker& checker, const scene::Scene& scene) {
   check_order(checker, scene.master().motor(), "master.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().motor(), "slave.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().series_elastic(), "slave.series_elastic.", "stop_min_rad", "stop_max_rad");
+  check_start(checker, scene.master().motor(), "master.motor.");
+  if (scene.slave().device() == scene::SERIES_ELASTIC)
+    check_start(checker, scene.slave().series_elastic(), "slave.series_elastic.");
+  else
+    check_start(checker, scene.slave().motor(), "slave.motor.");
+  check_serial_line(checker, scene);
   if (scene.slave().has_hand()) check_order(checker, scene.slave().hand(), "slave.hand.", "from_s", "until_s");
   for (const bool master : {true, false}) {
     const scene::Motor& motor = master ? scene.master().motor() : scene.slave().motor();

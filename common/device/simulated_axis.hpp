@@ -24,6 +24,8 @@ class SimulatedAxis {
       t_s_ = t_s;
     }
     Drive::Sensed sensed;
+    // A world that left all bounds stands still from then on: its encoder would read like that of a hand at rest.
+    sensed.valid = world_.status() != IntegratorStatus::kDiverged;
     sensed.x[0] = world_.encoder();
     return sensed;
   }

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "common/integrate/affine.hpp"
+#include "common/integrate/affine_block.hpp"
 #include "common/integrate/affine_series.hpp"
 #include "common/integrate/matrix_exponential.hpp"
 #include "common/integrate/method.hpp"
@@ -95,31 +95,11 @@ class ClosedForm {
   static constexpr std::size_t kNone = 0;  // blocks_[0] is never of use
   static constexpr std::size_t kBlocks = 40, kRates = 16, kPieces = 8;
   static constexpr int kMaxSeries = 100'000;  // per advance; then it ends as chattering does
+  using Block = AffineBlock<P, T>;
+  using Key = typename Block::Key;
+  using Guards = typename Block::Guards;
   using Flow = AffineFlow<T, kStates>;
-  using Guards = std::array<AffineGuard<T, kStates>, kGuards>;
-  using Form = AffineForm<T, kStates>;
-  using Response = AffineResponse<T, kStates>;
 
-  // How far a form can move from its value at the start of a block: by reach |x'| + drift * (all the way that r goes).
-  struct Bound {
-    State reach{};
-    T drift = 0;
-  };
-  // What a block is for. The length may be off by `slack`; negative: for nothing.
-  struct Key {
-    Mode mode = 0;
-    T omega = 0, length = 0, slack = -1;
-  };
-  // All that is needed to cross one length of time in one mode.
-  struct Block {
-    SquareMatrix<T, kStates> A{};
-    State e{};
-    State b{}, gain{};  // b without input, and what the input adds
-    Response response{};
-    Guards guards{};
-    std::array<std::array<Bound, 2>, kGuards> bounds{};
-    bool simple = false;  // no guard follows input or forcing directly, and each stays up if its first form does
-  };
   // What at() needs: a smooth piece of the last advance. The forcing counts from its start.
   struct Piece {
     Flow flow{};
@@ -130,11 +110,6 @@ class ClosedForm {
   struct Rate {
     Mode mode = 0;
     T value = 0;
-  };
-  static constexpr bool kGuardsAreFixed = requires { requires !P::kInputMovesGuards; };
-  static constexpr bool kGivesGain = requires(const P& plant, Mode mode) {
-    { plant.held() } -> std::convertible_to<double>;
-    { plant.template held_gain<T>(mode) } -> std::same_as<State>;
   };
   struct Budget {
     int events, series;
@@ -155,100 +130,13 @@ class ClosedForm {
     current_ = kNone;
   }
 
-  static State slope(const SquareMatrix<T, kStates>& A, const State& b, const State& e, T r, const State& x) noexcept {
-    State z;
-    unrolled<kStates>([&](auto i) { z[i] = (b[i] + e[i] * r) + dot(A[i], x); });
-    return z;
-  }
-  // b under the input that the plant holds now.
-  State offset(const P& plant, const Block& block) const noexcept {
-    if constexpr (kGivesGain) {
-      const T input = static_cast<T>(plant.held());
-      State b;
-      unrolled<kStates>([&](auto i) { b[i] = block.b[i] + block.gain[i] * input; });
-      return b;
-    } else {
-      return plant.template flow<T>(mode_).b;
-    }
-  }
-
-  // Of the forcing from its start on, over a length: what it adds to the state, and all the way that r goes, up and
-  // down.
-  struct Push {
-    State state{};
-    T swing = 0;
-  };
-  static Push push(const Response& response, const Forcing<T>& r) noexcept {
-    Push out;
-    T power = 1;
-    unrolled<5>([&](auto j) {
-      power *= response.length;
-      out.swing += std::fabs(r.polynomial[j + 1]) * power;
-      unrolled<kStates>([&](auto i) { out.state[i] += response.power[j][i] * r.polynomial[j + 1]; });
-    });
-    if (r.sine != 0 || r.cosine != 0) {
-      out.swing += std::fabs(r.omega) * response.length * (std::fabs(r.sine) + std::fabs(r.cosine));
-      for (std::size_t i = 0; i < kStates; ++i)
-        out.state[i] += response.sine[i] * r.sine + response.cosine[i] * r.cosine;
-    }
-    return out;
-  }
-  // What an unforced state does in length + late; `late` is of first order only.
-  static State change(const Response& response, const State& z, T late) noexcept {
-    State y;
-    unrolled<kStates>([&](auto i) {
-      State row;  // Psi + late Phi
-      unrolled<kStates>(
-          [&](auto j) { row[j] = response.Psi[i][j] + late * (i == j ? response.D[i][j] + T(1) : response.D[i][j]); });
-      y[i] = dot(row, z);
-    });
-    return y;
-  }
-  static State sum(const State& a, const State& b) noexcept {
-    State y;
-    unrolled<kStates>([&](auto i) { y[i] = a[i] + b[i]; });
-    return y;
-  }
-
-  // What is left of a form at least within a block, beyond what it may lose. NaN if anything is.
-  static T left_of(const Form& form, const Bound& bound, const State& x, const State& z, T r, T swing) noexcept {
-    State modulus;
-    unrolled<kStates>([&](auto i) { modulus[i] = std::fabs(z[i]); });
-    const T left = (form.d + dot(form.c, x)) - dot(bound.reach, modulus);
-    return bound.drift == 0 ? left : left + (form.h * r - bound.drift * swing);
-  }
-  // No guard can fall in this block. With kLenient by more than rounding, so that a state may rest on a border.
-  template <bool kLenient>
-  [[gnu::noinline]] static bool clear(const Block& block, const Guards& guards, const State& x, const State& z, T r,
-                                      T swing) noexcept {
-    using Kind = typename AffineGuard<T, kStates>::Kind;
-    const auto stays = [&](const Form& form, const Bound& bound) {
-      T left = left_of(form, bound, x, z, r, swing);
-      if constexpr (kLenient) {
-        T size = std::fabs(form.d) + std::fabs(form.h * r);
-        for (std::size_t i = 0; i < kStates; ++i) size += std::fabs(form.c[i] * x[i]);
-        left += std::numeric_limits<T>::epsilon() * size;
-      }
-      return left > 0;
-    };
-    for (std::size_t i = 0; i < kGuards; ++i) {
-      const auto& guard = guards[i];
-      const auto& bound = block.bounds[i];
-      const bool first = guard.kind == Kind::kNever || stays(guard.first, bound[0]);
-      const bool both = guard.kind == Kind::kMin, either = guard.kind == Kind::kMax;
-      if ((first && !both) || ((first || either) && stays(guard.second, bound[1]))) continue;
-      return false;
-    }
-    return true;
-  }
-
   // Crosses a block if it is proved to lie within the mode; else nothing happens. `since` counts from forcing_.begin.
   template <bool kLenient>
   bool cross(const Block& block, const Guards& guards, const State& b, T since, T late) noexcept {
     if (!unforced_) return cross_forced<kLenient>(block, guards, b, since, late);
     const T r = forcing_.polynomial[0];
-    const State z = slope(block.A, b, block.e, r, x_);
-    if (!clear_at_once(block, x_, z, T(0)) && !clear<kLenient>(block, guards, x_, z, r, T(0))) return false;
+    const State z = block.slope(b, r, x_);
+    if (!block.clear_at_once(x_, z, T(0)) && !block.template clear<kLenient>(guards, x_, z, r, T(0))) return false;
     return move(sum(x_, change(block.response, z, late)));
   }
   template <bool kLenient>
@@ -256,23 +144,11 @@ class ClosedForm {
                                       T late) noexcept {
     const Forcing<T> forcing = forcing_.later(since);
     const T r = forcing.polynomial[0] + forcing.cosine;
-    const State z = slope(block.A, b, block.e, r, x_);
-    const Push pushed = push(block.response, forcing);
-    if (!clear_at_once(block, x_, z, pushed.swing) && !clear<kLenient>(block, guards, x_, z, r, pushed.swing))
+    const State z = block.slope(b, r, x_);
+    const auto pushed = push(block.response, forcing);
+    if (!block.clear_at_once(x_, z, pushed.swing) && !block.template clear<kLenient>(guards, x_, z, r, pushed.swing))
       return false;
     return move(sum(x_, sum(change(block.response, z, late), pushed.state)));
-  }
-  // The usual case: all guards are far, and their first forms tell.
-  static bool clear_at_once(const Block& block, const State& x, const State& z, T swing) noexcept {
-    bool all = block.simple;
-    State modulus;
-    unrolled<kStates>([&](auto i) { modulus[i] = std::fabs(z[i]); });
-    unrolled<kGuards>([&](auto i) {
-      const Form& form = block.guards[i].first;
-      const Bound& bound = block.bounds[i][0];
-      all &= (form.d + dot(form.c, x)) - (dot(bound.reach, modulus) + bound.drift * swing) > 0;
-    });
-    return all;
   }
   bool move(const State& y) noexcept {
     if (!good(y)) return false;
@@ -287,21 +163,14 @@ class ClosedForm {
     const T late = (static_cast<T>(t1) - static_cast<T>(t_)) - key.length;
     if (!(std::fabs(late) <= key.slack && t1 < next_break_)) return false;
     const Block& block = blocks_[current_];
-    const State b = offset(plant, block);
+    const State b = block.offset(plant, mode_);
     const State before = x_;
-    if (!cross<false>(block, guards_in(plant, block), b, static_cast<T>(t_) - forcing_.begin, late)) return false;
+    if (!cross<false>(block, block.guards_now(plant, mode_), b, static_cast<T>(t_) - forcing_.begin, late))
+      return false;
     from_ = before, b_ = b, base_ = t_, whole_ = true;
     t_ = t1;
     return true;
   }
-  decltype(auto) guards_in(const P& plant, const Block& block) const noexcept {
-    if constexpr (kGuardsAreFixed) {
-      return (block.guards);
-    } else {
-      return plant.template guard_forms<T>(mode_);
-    }
-  }
-
   // A smooth piece begins at t_.
   void enter(const P& plant) noexcept {
     mode_ = plant.mode_at(t_, rounded(x_));
@@ -364,62 +233,12 @@ class ClosedForm {
 
 template <AffinePlant P, class T>
 std::size_t ClosedForm<P, T>::fill(const P& plant, T length) noexcept {
-  using W = Wide<T>;
   if (filled_ + 1 < kBlocks) {
     oldest_ = ++filled_;
   } else {
     oldest_ = oldest_ % (kBlocks - 1) + 1;
   }
-  Block& block = blocks_[oldest_];
-  const AffineFlow<W, kStates> flow = plant.template flow<W>(mode_);
-  const W rate = fastest_rate_of(flow.A);
-  std::array<std::array<W, kStates>, 2 * kGuards> rows{};
-  const auto forms = plant.template guard_forms<W>(mode_);
-  for (std::size_t g = 0; g < kGuards; ++g) rows[2 * g] = forms[g].first.c, rows[2 * g + 1] = forms[g].second.c;
-  const auto wide = respond(flow.A, flow.e, static_cast<W>(omega()), static_cast<W>(length), rows);
-  block.guards = plant.template guard_forms<T>(mode_);
-  block.response.length = length;
-  // Late is of first order: its square must not show.
-  const T fastest = std::max(static_cast<T>(rate), std::fabs(omega()));
-  keys_[oldest_] = {mode_, omega(), length,
-                    std::min(T(1e-6) * length, std::sqrt(std::numeric_limits<T>::epsilon()) / 8 / fastest)};
-  const auto narrow = [](const std::array<W, kStates>& from, State& to) {
-    for (std::size_t i = 0; i < kStates; ++i) to[i] = static_cast<T>(from[i]);
-  };
-  for (std::size_t i = 0; i < kStates; ++i) {
-    narrow(flow.A[i], block.A[i]);
-    narrow(wide.D[i], block.response.D[i]);
-    narrow(wide.Psi[i], block.response.Psi[i]);
-  }
-  for (std::size_t j = 0; j < 5; ++j) narrow(wide.power[j], block.response.power[j]);
-  narrow(wide.sine, block.response.sine);
-  narrow(wide.cosine, block.response.cosine);
-  narrow(flow.e, block.e);
-  if constexpr (kGivesGain) {
-    block.gain = plant.template held_gain<T>(mode_);
-    const std::array<W, kStates> gain = plant.template held_gain<W>(mode_);
-    for (std::size_t i = 0; i < kStates; ++i)
-      block.b[i] = static_cast<T>(flow.b[i] - gain[i] * static_cast<W>(plant.held()));
-  }
-  block.simple = kGuardsAreFixed;
-  for (auto& guard : block.guards) {
-    using Kind = typename AffineGuard<T, kStates>::Kind;
-    if (guard.kind == Kind::kNever) guard.first = {{}, T(1), T(0)};
-    block.simple = block.simple && guard.kind != Kind::kMin && guard.first.h == 0;
-  }
-  // A millionth more covers their rounding, and the block being late.
-  for (std::size_t g = 0; g < kGuards; ++g) {
-    for (const bool second : {false, true}) {
-      const auto& form = second ? forms[g].second : forms[g].first;
-      Bound& bound = block.bounds[g][second];
-      W drift = std::fabs(form.h);
-      for (std::size_t j = 0; j < kStates; ++j) {
-        drift += wide.reach[2 * g + second][j] * std::fabs(flow.e[j]);
-        bound.reach[j] = static_cast<T>(wide.reach[2 * g + second][j] * W(1.000001));
-      }
-      bound.drift = static_cast<T>(drift * W(1.000001));
-    }
-  }
+  keys_[oldest_] = blocks_[oldest_].fill(plant, mode_, omega(), length);
   ++counters_.jacobians;
   return oldest_;
 }
@@ -470,7 +289,8 @@ bool ClosedForm<P, T>::walk_smoothly(const P& plant, T length, Budget& budget) n
     if (!(fastest * length < T(1e15))) return false;
     last_[pieces_++ % kPieces] = {flow, forcing_.later(begun + (length - rest)), x_,
                                   (static_cast<T>(t_) - static_cast<T>(base_)) + (length - rest)};
-    int largest = -std::ilogb(fastest) + 2;  // binary exponent of the largest block worth a trial: small after an event
+    int largest = fastest > 0 ? 2 - std::ilogb(fastest)
+                              : 0;  // binary exponent of the largest block worth a trial: small after an event
     bool same_mode = true;
     while (rest > 0 && same_mode) {
       const T since = begun + (length - rest);
@@ -525,7 +345,7 @@ typename ClosedForm<P, T>::State ClosedForm<P, T>::flown(const Piece& piece, T s
   const Flow& flow = piece.flow;
   const T fastest = std::max(fastest_rate_of(flow.A), std::fabs(piece.forcing.omega));
   if (fastest * s <= 1) return AffineSeries<T, kStates>(flow, piece.forcing, piece.x, fastest, s).at(1);
-  const Response response = respond(flow.A, flow.e, piece.forcing.omega, s);
+  const auto response = respond(flow.A, flow.e, piece.forcing.omega, s);
   const State z = slope(flow.A, flow.b, flow.e, piece.forcing.polynomial[0] + piece.forcing.cosine, piece.x);
   return sum(piece.x, sum(change(response, z, T(0)), push(response, piece.forcing).state));
 }

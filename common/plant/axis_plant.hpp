@@ -10,10 +10,11 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include "common/integrate/affine.hpp"
+#include "common/integrate/stiffness.hpp"
 #include "common/plant/environment.hpp"
-#include "common/plant/fastest_rate.hpp"
 #include "common/plant/motor_axis.hpp"
 #include "common/plant/therapist.hpp"
 
@@ -124,10 +125,10 @@ class AxisPlant {
       const bool stuck = sticks(mode);
       s[1] = 0.0;
       const double torque = free_torque(mode, t, s[0], 0.0);
-      if (!stuck && std::fabs(torque) <= coulomb_) return (mode & ~kBackward) | kSticking;
-      return (mode & ~(kBackward | kSticking)) | (torque < 0 ? kBackward : 0u);
+      if (!stuck && std::fabs(torque) <= coulomb_) return (mode & ~kSlidesBack) | kSticking;
+      return (mode & ~(kSlidesBack | kSticking)) | (torque < 0 ? kSlidesBack : 0u);
     }
-    return mode ^ kBackward;
+    return mode ^ kSlidesBack;
   }
   double next_break(double t) const noexcept { return load_.next_break(t); }
 
@@ -201,22 +202,25 @@ class AxisPlant {
     return flow;
   }
 
-  // Of its fastest motion in the stiffest contact, and of the bristle at a speed that no hand exceeds; 1/s.
-  double fastest_rate() const noexcept {
-    double fastest = 0;
+  // Where it is stiffest: in contact and free, and with a bristle at rest, turning round and at a speed that no hand
+  // exceeds.
+  template <class Self = AxisPlant>  // complete only when it is asked
+  std::vector<Situation<Self>> situations() const {
+    std::vector<Situation<Self>> all;
     for (const Mode stops : {Mode{0}, kAtStopMax}) {
       for (const Mode load : {Mode{0}, load_.everything()}) {
-        double stiffness = axis_.stops().stiffness(stops) + axis_.gravity() + load_.stiffness(load);
-        double damping = axis_.damping(stops) + load_.damping(load);
+        State s{};
+        s[0] = axis_.hanging();
+        all.push_back({stops | load, 0.0, s});
         if constexpr (kHasBristle) {
-          stiffness += 2.0 * bristle_.params().sigma_0;
-          damping += 2.0 * bristle_.params().sigma_1 + bristle_.params().sigma_2;
+          for (const auto& [v, F_b] : bristle_.extremes(kFastHand)) {
+            s[1] = v, s[2] = F_b;
+            all.push_back({stops | load, 0.0, s});
+          }
         }
-        fastest = std::max(fastest, oscillator_rate(J_, stiffness, damping));
       }
     }
-    if constexpr (kHasBristle) fastest = std::max(fastest, bristle_.settling_rate(kFastHand));
-    return fastest;
+    return all;
   }
 
  private:
@@ -225,14 +229,14 @@ class AxisPlant {
   Mode mode_at(double t, const State& s, double a) const noexcept {
     Mode mode = axis_.mode_at(s[0], s[1], a) | load_.mode_at(t, s[0], s[1], a);
     if constexpr (kHasBristle) {
-      if (s[1] < 0) mode |= kBackward;
+      if (s[1] < 0) mode |= kSlidesBack;
     }
     if constexpr (kHasCoulomb) {
       const double torque = s[1] == 0 ? free_torque(mode, t, s[0], 0.0) : s[1];
       if (s[1] == 0 && std::fabs(torque) <= coulomb_) {
         mode |= kSticking;
       } else if (torque < 0) {
-        mode |= kBackward;
+        mode |= kSlidesBack;
       }
     }
     return mode;

@@ -11,6 +11,7 @@
 // stored, |v| F_b^2 / g is lost.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -51,8 +52,11 @@ class Bristle {
   double dissipated_power(double v, double F_b, double z_rate) const noexcept {
     return F_b * (v - z_rate) + (p_.sigma_1 * z_rate + p_.sigma_2 * v) * v;
   }
-  // How fast it settles at speed v, 1/s.
-  double settling_rate(double v) const noexcept { return p_.sigma_0 * std::fabs(v) / p_.F_c; }
+  // Velocities and torques at which it is stiffest, for motion up to the speed v: turning round, and fast.
+  struct Point {
+    double v, F_b;
+  };
+  std::array<Point, 2> extremes(double v) const noexcept { return {{{0.0, -p_.F_s}, {v, level(v)}}}; }
   const Params& params() const noexcept { return p_; }
 
  private:

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "common/plant/encoder.hpp"
@@ -55,6 +56,7 @@ class MotorAxis {
     return p_.viscous * v * v + stops_.dissipated_power(mode, x, v);
   }
   double encoder(double x) const noexcept { return quantised(x, p_.encoder_counts_per_rev); }
+  double hanging() const noexcept { return std::numbers::pi - p_.gravity_angle; }  // where weight pulls it back most
   double J() const noexcept { return p_.J; }
   double gravity() const noexcept { return p_.gravity; }
   const Stops<>& stops() const noexcept { return stops_; }

@@ -9,7 +9,7 @@ constexpr Mode kAtStopMin = 1u << 0;
 constexpr Mode kAtStopMax = 1u << 1;
 constexpr Mode kAtWall = 1u << 2;
 constexpr Mode kHandPresent = 1u << 3;
-constexpr Mode kBackward = 1u << 4;  // friction takes the velocity as negative
+constexpr Mode kSlidesBack = 1u << 4;  // friction takes the velocity as negative
 constexpr Mode kSticking = 1u << 5;
 constexpr Mode kSpringAtMin = 1u << 6;
 constexpr Mode kSpringAtMax = 1u << 7;
@@ -17,6 +17,6 @@ constexpr int kPieceShift = 8;  // above: the piece of the intended motion
 
 constexpr double kNoGuard = 1.0;  // of a border that cannot be reached
 
-constexpr double direction(Mode mode) noexcept { return (mode & kBackward) != 0 ? -1.0 : 1.0; }
+constexpr double direction(Mode mode) noexcept { return (mode & kSlidesBack) != 0 ? -1.0 : 1.0; }
 
 }  // namespace farhand

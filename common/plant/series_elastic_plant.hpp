@@ -14,11 +14,12 @@
 #include <numbers>
 #include <optional>
 #include <stdexcept>
+#include <vector>
 
 #include "common/integrate/affine.hpp"
+#include "common/integrate/stiffness.hpp"
 #include "common/plant/encoder.hpp"
 #include "common/plant/environment.hpp"
-#include "common/plant/fastest_rate.hpp"
 #include "common/plant/friction.hpp"
 #include "common/plant/stops.hpp"
 
@@ -139,7 +140,7 @@ class SeriesElasticPlantWith {
     if (guard < 2) return mode ^ Stops<>::bit(guard);
     if (guard == 2) return mode ^ kAtWall;
     if (guard < kFrictionGuard) return mode ^ Ends::bit(guard - 3);
-    return mode ^ kBackward;
+    return mode ^ kSlidesBack;
   }
   double next_break(double t) const noexcept { return environment_.next_break(t); }
 
@@ -210,25 +211,26 @@ class SeriesElasticPlantWith {
     return flow;
   }
 
-  // Of its fastest motion in the stiffest contact, of the drive and, at twice the speed of the motor (the spring can
-  // throw the joint ahead), of the tendons; 1/s.
-  double fastest_rate() const noexcept {
-    double fastest = drive_rate_;
+  // Where it is stiffest: in contact and free, and with a bristle at rest, turning round and at twice the speed of the
+  // motor (the spring can throw the joint ahead).
+  template <class Self = SeriesElasticPlantWith>  // complete only when it is asked
+  std::vector<Situation<Self>> situations() const {
+    std::vector<Situation<Self>> all;
     for (const Mode stops : {Mode{0}, kAtStopMax}) {
       for (const Mode end : {Mode{0}, has_ends() ? kSpringAtMax : 0u}) {
         for (const Mode touched : {Mode{0}, environment_.everything()}) {
-          const AffineForm<double, 4> torque = torque_form<double>(stops | end | touched);
-          double stiffness = -torque.c[kX], damping = -torque.c[kV];
+          State s{};
+          all.push_back({stops | end | touched, 0.0, s});
           if constexpr (kHasBristle) {
-            stiffness += 2.0 * bristle_.params().sigma_0;
-            damping += 2.0 * bristle_.params().sigma_1 + bristle_.params().sigma_2;
+            for (const auto& [v, F_b] : bristle_.extremes(2.0 * p_.motor_speed_limit)) {
+              s[kV] = v, s[kTendon] = F_b;
+              all.push_back({stops | end | touched, 0.0, s});
+            }
           }
-          fastest = std::max(fastest, oscillator_rate(p_.J, stiffness, damping));
         }
       }
     }
-    if constexpr (kHasBristle) fastest = std::max(fastest, bristle_.settling_rate(2.0 * p_.motor_speed_limit));
-    return fastest;
+    return all;
   }
 
  private:
@@ -239,7 +241,7 @@ class SeriesElasticPlantWith {
     Mode mode = stops_.mode_at(s[kX], s[kV], a) | environment_.mode_at(t, s[kX], s[kV], a);
     if (has_ends()) mode |= ends_.mode_at(s[kXMotor] - s[kX], s[kVMotor] - s[kV], a_motor - a);
     if constexpr (kHasBristle) {
-      if (s[kV] < 0) mode |= kBackward;
+      if (s[kV] < 0) mode |= kSlidesBack;
     }
     return mode;
   }

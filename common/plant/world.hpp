@@ -27,6 +27,7 @@ class WorldEngine {
   virtual double stored_energy() const noexcept = 0;
   virtual PowerFlow power() const noexcept = 0;
   virtual Method method() const noexcept = 0;
+  virtual const MethodChoice& choice() const noexcept = 0;
   virtual IntegratorCounters counters() const noexcept = 0;
   virtual IntegratorStatus status() const noexcept = 0;
 };
@@ -65,6 +66,8 @@ class World {
   PowerFlow power() const noexcept { return engine_->power(); }
 
   Method method() const noexcept { return engine_->method(); }  // never kAuto
+  // What AUTO takes here and why, whatever method runs.
+  const MethodChoice& choice() const noexcept { return engine_->choice(); }
   IntegratorCounters counters() const noexcept { return engine_->counters(); }
   IntegratorStatus status() const noexcept { return engine_->status(); }
 

@@ -20,8 +20,8 @@ namespace farhand {
 template <class P, class Solver>
 class EngineOf final : public WorldEngine<typename P::Truth> {
  public:
-  EngineOf(const P& plant, Method method, const IntegratorSettings& settings)
-      : plant_(plant), solver_(settings), method_(method) {
+  EngineOf(const P& plant, Method method, const MethodChoice& choice, const IntegratorSettings& settings)
+      : plant_(plant), solver_(settings), method_(method), choice_(choice) {
     solver_.start(plant_, 0.0, plant_.start());
   }
 
@@ -44,6 +44,7 @@ class EngineOf final : public WorldEngine<typename P::Truth> {
     return plant_.power(plant_.mode_at(t, solver_.state()), t, solver_.state());
   }
   Method method() const noexcept override { return method_; }
+  const MethodChoice& choice() const noexcept override { return choice_; }
   IntegratorCounters counters() const noexcept override { return solver_.counters(); }
   IntegratorStatus status() const noexcept override { return solver_.status(); }
 
@@ -51,6 +52,7 @@ class EngineOf final : public WorldEngine<typename P::Truth> {
   P plant_;
   Solver solver_;
   Method method_;
+  MethodChoice choice_;
 };
 
 template <class P>
@@ -58,11 +60,15 @@ std::unique_ptr<WorldEngine<typename P::Truth>> make_engine_of(const typename P:
                                                                const WorldNumerics& numerics) {
   const P plant(params);
   const IntegratorSettings& settings = numerics.settings;
-  const Method method = numerics.method == Method::kAuto ? auto_method(plant, settings.max_step) : numerics.method;
-  const auto engine = [&]<class Solver>() { return std::make_unique<EngineOf<P, Solver>>(plant, method, settings); };
+  const auto situations = plant.situations();
+  const MethodChoice choice = choose(plant, settings.max_step, std::span<const Situation<P>>(situations));
+  const Method method = numerics.method == Method::kAuto ? choice.method : numerics.method;
+  const auto engine = [&]<class Solver>() {
+    return std::make_unique<EngineOf<P, Solver>>(plant, method, choice, settings);
+  };
   switch (method) {
     case Method::kSemiImplicitEuler:
-      check_stable(method, plant.fastest_rate(), settings.max_step);
+      check_stable(plant, method, settings.max_step);
       return engine.template operator()<Integrator<SemiImplicitEuler, P>>();
     case Method::kSdirk2:
       return engine.template operator()<Integrator<Sdirk2, P>>();
@@ -80,7 +86,7 @@ std::unique_ptr<WorldEngine<typename P::Truth>> make_engine_of(const typename P:
     case Method::kRk4:
       break;
   }
-  check_stable(method, plant.fastest_rate(), settings.max_step);
+  check_stable(plant, method, settings.max_step);
   return engine.template operator()<Integrator<Rk4, P>>();
 }
 

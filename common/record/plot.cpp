@@ -371,7 +371,7 @@ std::string Plot::svg() const {
     const double p = x.at(m.x), q = y.at(m.y);
     const bool left_half = p < (kLeft + width_ - kRight) / 2;
     out += "<circle cx=\"" + px(p) + "\" cy=\"" + px(q) + "\" r=\"8\" class=\"mark\"/>\n";
-    out += text(p + (left_half ? 4 : -4), q - 12, left_half ? "start" : "end", m.label, " class=\"rulename\"");
+    out += text(p + (left_half ? 12 : -12), q + 4, left_half ? "start" : "end", m.label, " class=\"rulename\"");
   }
   out += "</svg>\n" + events_above(landmarks_, x, kTop, height_ - kBottom);
   out += rectangle(kLeft, kTop, width_ - kLeft - kRight, height_ - kTop - kBottom, "class=\"frame\"");

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "common/config/load.hpp"
 #include "common/record/figures.hpp"
 #include "common/record/format.hpp"
 
@@ -64,6 +65,20 @@ std::string verdict_box(const Metrics& metrics) {
   if (std::isfinite(ratio))
     sentence += " In steady contact the therapist felt " + three_digits(ratio) + " times the torque on the hand.";
   return out + paragraph(sentence) + "</div>\n";
+}
+
+// What the loader said about the scene before anything moved.
+std::string said_at_load(const Session& session) {
+  std::vector<std::string> said;
+  try {
+    said = load_scene_text(session.scene_text, "scene").warnings;
+  } catch (const ConfigError&) {
+    return "";  // a scene of another version
+  }
+  if (said.empty()) return "";
+  std::string out = "<div class=\"note\">Said at load:<ul>\n";
+  for (const std::string& warning : said) out += "<li>" + escaped(warning) + "</li>\n";
+  return out + "</ul></div>\n";
 }
 
 // One of the numbers that matter. `value` and `unit` are already words; limit says what would be right.
@@ -268,7 +283,7 @@ std::string report_html(const Session& session, const scene::Scene& scene, const
   std::string out = "<h1>Session " + escaped(name) + "</h1>\n<p class=\"under\">" + escaped(scene.description()) +
                     (scene.description().empty() ? "" : " \u00b7 ") + "seed " + std::to_string(session.seed) +
                     " \u00b7 " + (session.deterministic ? "virtual time" : "real time") + "</p>\n";
-  out += verdict_box(metrics) + cards(metrics, scene);
+  out += verdict_box(metrics) + said_at_load(session) + cards(metrics, scene);
   out += figures.positions() + figures.torques() + figures.states();
   out += note(
       "Numbers above the pictures are the events of the list below. Shaded: the windows over which the numbers are "

@@ -14,6 +14,13 @@
 
 namespace farhand {
 
+LoadedScene SceneChoice::load() const {
+  LoadedScene loaded = load_scene(scene, sets, seed);
+  for (const std::string& warning : loaded.warnings)
+    std::fprintf(stderr, "%s: warning: %s\n", loaded.path.c_str(), warning.c_str());
+  return loaded;
+}
+
 void add_scene_option(CLI::App& app, SceneChoice& choice) {
   app.add_option("--scene", choice.scene, "name of a shipped scene, or path of a scene file")->required();
 }

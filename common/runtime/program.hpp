@@ -29,7 +29,8 @@ struct SceneChoice {
   std::vector<std::string> sets;
   std::optional<std::uint64_t> seed;
 
-  LoadedScene load() const { return load_scene(scene, sets, seed); }
+  // Says the scene's warnings on stderr.
+  LoadedScene load() const;
 };
 
 void add_scene_option(CLI::App& app, SceneChoice& choice);  // --scene

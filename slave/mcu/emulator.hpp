@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "common/plant/world.hpp"
 #include "slave/mcu/mcu_params.hpp"
@@ -35,8 +36,8 @@ class OrthosisEmulator {
     if (ticks_ > 0) world_.advance(mcu::to_rad_s(output_.motor_velocity), loop_s_ * (ticks_ - 1), loop_s_ * ticks_);
     ++ticks_;
     mcu::McuInput input{};
-    input.joint_counts = static_cast<std::int32_t>(std::lround(world_.encoder() / joint_unit_rad_));
-    input.motor_counts = static_cast<std::int32_t>(std::lround(world_.motor_encoder() / motor_unit_rad_));
+    input.joint_counts = counts(world_.encoder(), joint_unit_rad_);
+    input.motor_counts = counts(world_.motor_encoder(), motor_unit_rad_);
     input.temperature_c = 25;
     output_ = core_.step(input);
     return core_.telemetry(wire);
@@ -55,6 +56,14 @@ class OrthosisEmulator {
   const SeriesElasticWorld& world() const noexcept { return world_; }
 
  private:
+  // What no counter can show, and what a world reads that left all bounds, is a count that the core finds implausible.
+  std::int32_t counts(double angle, double unit) const noexcept {
+    constexpr std::int32_t kImplausible = std::numeric_limits<std::int32_t>::min();
+    const double count = angle / unit;
+    const bool shown = std::fabs(count) < 2147483647.0 && world_.status() != IntegratorStatus::kDiverged;
+    return shown ? static_cast<std::int32_t>(std::lround(count)) : kImplausible;
+  }
+
   mcu::McuParams core_params_;
   mcu::OrthosisMcu core_;
   SeriesElasticWorld world_;

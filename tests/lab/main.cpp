@@ -2,12 +2,8 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <fstream>
 #include <iomanip>
-#include <iostream>
 
 #include "common/config/schema.hpp"
 #include "common/record/export.hpp"
@@ -17,6 +13,11 @@
 #include "common/record/report.hpp"
 #include "common/record/summary.hpp"
 #include "common/runtime/program.hpp"
+#include "tests/lab/endure_command.hpp"
+#include "tests/lab/explain_command.hpp"
+#include "tests/lab/limits_command.hpp"
+#include "tests/lab/extreme_command.hpp"
+#include "tests/lab/write_to.hpp"
 #include "tests/lab/precision_command.hpp"
 #include "tests/lab/simulation.hpp"
 #include "tests/lab/sweep_command.hpp"
@@ -29,22 +30,6 @@ namespace fs = std::filesystem;
 struct Outputs {
   std::string json, csv, report, record;
 };
-
-// "-" is standard output. Throws when the file cannot be written to its end.
-template <class Write>
-void write_to(const std::string& path, Write&& write) {
-  if (path.empty()) return;
-  if (path == "-") {
-    write(std::cout);
-    std::cout.flush();
-    return;
-  }
-  std::ofstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
-  write(file);
-  file.close();
-  if (!file) throw std::runtime_error("could not write all of " + path + ": " + std::strerror(errno));
-}
 
 void write_outputs(const Outputs& to, const Session& session, const scene::Scene& scene, const Metrics& metrics) {
   write_to(to.json, [&](std::ostream& out) { out << summary_json(metrics, !session.deterministic); });
@@ -107,7 +92,11 @@ int check(const std::vector<std::string>& files) {
   int code = kExitOk;
   for (const std::string& file : files) {
     try {
-      std::cout << load_scene(file).path << ": ok\n";
+      const LoadedScene loaded = load_scene(file);
+      for (const std::string& warning : loaded.warnings) std::cerr << loaded.path << ": warning: " << warning << '\n';
+      std::cout << loaded.path << ": ok"
+                << (loaded.warnings.empty() ? "" : ", " + std::to_string(loaded.warnings.size()) + " to think about")
+                << '\n';
     } catch (const ConfigError& error) {
       std::cerr << error.what() << '\n';
       code = kExitUsage;
@@ -202,6 +191,9 @@ int main(int argc, char** argv) {
   CLI::App* checked = app.add_subcommand("check", "say everything that is wrong with scene files");
   checked->add_option("FILE", files, "scene files or names")->required();
 
+  LimitsChoice limits_choice;
+  CLI::App* limits = add_limits(app, limits_choice);
+
   bool json = false;
   CLI::App* printed =
       app.add_subcommand("schema", "every setting with unit, range, default and meaning, and every metric");
@@ -233,14 +225,25 @@ int main(int argc, char** argv) {
   exported->add_option("--csv", csv_directory, "directory for one CSV file per topic");
   exported->add_option("--mat", mat_file, "MAT file, level 4");
 
+  EndureChoice endurance;
+  CLI::App* endured = add_endure(app, endurance);
+  ExplainChoice explanation;
+  CLI::App* explained = add_explain(app, explanation);
+  ExtremeChoice extreme_choice;
+  CLI::App* extreme = add_extreme(app, extreme_choice);
+
   return run_program(app, argc, argv, [&] {
+    if (explained->parsed()) return explain_scene(explanation);
+    if (endured->parsed()) return endure_scene(endurance);
     if (run->parsed()) return run_scene(choice, outputs);
     if (checked->parsed()) return check(files);
+    if (limits->parsed()) return run_limits(limits_choice);
     if (printed->parsed()) return schema(json);
     if (precision->parsed()) return run_precision(precision_choice);
     if (swept->parsed()) return run_sweep(sweep_choice);
     if (made->parsed()) return make_directory(choice);
     if (reported->parsed()) return report(directory);
+    if (extreme->parsed()) return run_extreme(extreme_choice);
     return recovered->parsed() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
   });
 }

@@ -1,0 +1,72 @@
+#include "tests/lab/extreme_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <thread>
+
+#include "common/runtime/program.hpp"
+#include "tests/lab/extreme.hpp"
+#include "tests/lab/extreme_report.hpp"
+
+namespace farhand {
+namespace {
+
+void write(const std::string& path, const std::string& text) {
+  if (path.empty()) return;
+  if (path == "-") {
+    std::cout << text << std::flush;
+    return;
+  }
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) throw std::runtime_error("could not write " + path);
+}
+
+}  // namespace
+
+CLI::App* add_extreme(CLI::App& app, ExtremeChoice& choice) {
+  CLI::App* extreme = app.add_subcommand(
+      "extreme", "run the catalogue of stiff and extreme cases; exit code 3 if one comes out otherwise than expected");
+  extreme->add_option("--family", choice.family, "only families whose name contains this");
+  extreme->add_option("--threads", choice.threads, "0: one per core; the results are the same for any number")
+      ->check(CLI::Range(0, 1024));
+  extreme->add_option("--json", choice.json, "results as JSON (- is standard output)");
+  extreme->add_option("--csv", choice.csv, "results as a table (- is standard output)");
+  extreme->add_option("--report", choice.report, "results as one HTML file (- is standard output)");
+  return extreme;
+}
+
+int run_extreme(const ExtremeChoice& choice) {
+  std::vector<extreme::Case> cases = extreme::catalogue();
+  std::erase_if(cases, [&](const extreme::Case& c) { return c.family.find(choice.family) == std::string::npos; });
+  if (cases.empty()) throw std::invalid_argument("no family contains '" + choice.family + "'");
+  const int threads = choice.threads > 0 ? choice.threads : static_cast<int>(std::thread::hardware_concurrency());
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<extreme::Result> results = extreme::run(cases, std::max(threads, 1));
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  const bool stdout_taken = choice.json == "-" || choice.csv == "-" || choice.report == "-";
+  std::ostream& out = stdout_taken ? std::cerr : std::cout;
+  std::size_t wrong = 0;
+  for (const extreme::Result& r : results) {
+    out << (r.complaint.empty() ? "  as expected  " : "  OTHERWISE    ") << std::left << std::setw(9)
+        << extreme::name_of(r.of->expected.verdict) << std::setw(11) << std::setprecision(3) << r.outcome.error
+        << std::right << r.of->family << ": " << r.of->name << '\n';
+    if (!r.complaint.empty()) out << "      " << r.complaint << "\n      " << r.outcome.what << '\n';
+    wrong += !r.complaint.empty();
+  }
+  const auto slowest = std::ranges::max_element(results, {}, &extreme::Result::wall_s);
+  out << extreme::summary_text(results) << "  longest: " << slowest->of->family << ", " << slowest->of->name << ", "
+      << std::setprecision(3) << slowest->wall_s << " s\n"
+      << "  " << std::setprecision(3) << wall_s << " s on " << threads << " threads\n";
+  write(choice.json, extreme::json_of(results));
+  write(choice.csv, extreme::csv_of(results));
+  write(choice.report, extreme::html_of(results));
+  return wrong == 0 ? kExitOk : kExitVerdictFailed;
+}
+
+}  // namespace farhand

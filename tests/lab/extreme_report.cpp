@@ -1,0 +1,177 @@
+#include "tests/lab/extreme_report.hpp"
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "common/config/schema.hpp"
+#include "common/record/format.hpp"
+
+namespace farhand::extreme {
+namespace {
+
+std::string expectation(const Expected& expected) {
+  switch (expected.verdict) {
+    case Verdict::kAccurate:
+      return "accurate to " + shortest(expected.within);
+    case Verdict::kBounded:
+      return "bounded by " + shortest(expected.within);
+    case Verdict::kRefused:
+      break;
+  }
+  return "refused: " + expected.reason;
+}
+
+struct Tally {
+  std::size_t all = 0, wrong = 0;
+  std::size_t of[3] = {};
+};
+
+// Families in the order of the catalogue.
+std::vector<std::pair<std::string, Tally>> by_family(const std::vector<Result>& results) {
+  std::vector<std::pair<std::string, Tally>> families;
+  for (const Result& r : results) {
+    if (families.empty() || families.back().first != r.of->family) families.emplace_back(r.of->family, Tally{});
+    Tally& tally = families.back().second;
+    ++tally.all;
+    ++tally.of[static_cast<int>(r.of->expected.verdict)];
+    tally.wrong += !r.complaint.empty();
+  }
+  return families;
+}
+
+Tally total(const std::vector<Result>& results) {
+  Tally sum;
+  for (const auto& [name, tally] : by_family(results)) {
+    sum.all += tally.all;
+    sum.wrong += tally.wrong;
+    for (int v = 0; v < 3; ++v) sum.of[v] += tally.of[v];
+  }
+  return sum;
+}
+
+std::string quoted(std::string text) {
+  for (std::size_t k = 0; (k = text.find('"', k)) != std::string::npos; k += 2) text.insert(k, 1, '"');
+  return "\"" + text + "\"";
+}
+
+std::string number_or_nothing(double y) { return std::isfinite(y) ? shortest(y) : ""; }
+
+constexpr const char* kStyle = R"(
+body{font:14px/1.45 "Helvetica Neue",Arial,"Liberation Sans","DejaVu Sans",sans-serif;color:#1a1a1a;background:#fff;max-width:1180px;margin:24px auto;padding:0 16px}
+h1{font-size:24px;margin:0 0 2px}h2{font-size:18px;margin:34px 0 6px;padding-bottom:4px;border-bottom:1px solid #ccc}p{margin:6px 0;max-width:86ch}
+.verdict{border-left:8px solid;padding:10px 16px;margin:12px 0;background:#f6f6f6}.verdict b{font-size:19px}.ok{border-color:#2a7f4f}.failed{border-color:#111;background:#ececec}
+table{border-collapse:collapse;margin:8px 0;font-size:12.5px;width:100%}th,td{text-align:left;vertical-align:top;padding:3px 12px 3px 0;border-bottom:1px solid #e3e3e3}th{border-bottom:1px solid #777}
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}tr.wrong td{font-weight:600;background:#ececec}
+footer{margin-top:36px;border-top:2px solid #777;padding-top:8px;font-size:12.5px}
+@media print{@page{margin:12mm;size:landscape}body{margin:0;max-width:none;font-size:10pt}tr{break-inside:avoid}h2{break-after:avoid}}
+)";
+
+std::string row(const std::vector<std::string>& cells, const char* tag = "td", const std::string& attributes = "") {
+  std::string out = "<tr" + attributes + ">";
+  for (const std::string& cell : cells) {
+    const bool number = cell.starts_with('\t');  // a leading tab marks a column of numbers
+    out += std::string("<") + tag + (number ? " class=\"n\">" : ">") + escaped(number ? cell.substr(1) : cell) + "</" +
+           tag + ">";
+  }
+  return out + "</tr>\n";
+}
+
+}  // namespace
+
+std::string summary_text(const std::vector<Result>& results) {
+  const Tally sum = total(results);
+  return "  " + std::to_string(sum.all) + " cases in " + std::to_string(by_family(results).size()) +
+         " families: " + std::to_string(sum.of[0]) + " accurate, " + std::to_string(sum.of[1]) + " bounded, " +
+         std::to_string(sum.of[2]) + " refused; " + std::to_string(sum.wrong) + " otherwise than expected\n";
+}
+
+std::string json_of(const std::vector<Result>& results) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const Result& r : results) {
+    nlohmann::ordered_json one;
+    one["family"] = r.of->family;
+    one["name"] = r.of->name;
+    one["expected"] = name_of(r.of->expected.verdict);
+    if (r.of->expected.verdict != Verdict::kRefused) one["within"] = r.of->expected.within;
+    if (!r.of->expected.reason.empty()) one["reason"] = r.of->expected.reason;
+    one["as_expected"] = r.complaint.empty();
+    if (!r.complaint.empty()) one["complaint"] = r.complaint;
+    if (std::isfinite(r.outcome.error)) one["error"] = r.outcome.error, one["unit"] = r.outcome.unit;
+    if (!r.outcome.second_way.empty()) one["second_way"] = r.outcome.second_way;
+    if (!r.outcome.refusal.empty()) one["refusal"] = r.outcome.refusal;
+    if (!r.outcome.what.empty()) one["what"] = r.outcome.what;
+    one["first_bad"] = name_of(r.outcome.first_bad);
+    if (std::isfinite(r.outcome.energy)) one["energy_imbalance"] = r.outcome.energy;
+    one["work"] = r.outcome.work;
+    all.push_back(std::move(one));
+  }
+  return all.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string csv_of(const std::vector<Result>& results) {
+  std::string out = "family,name,expected,within,error,unit,as_expected,first_bad,energy_imbalance,work,refusal,what\n";
+  for (const Result& r : results) {
+    const bool refusal = r.of->expected.verdict == Verdict::kRefused;
+    out += quoted(r.of->family) + ',' + quoted(r.of->name) + ',' + name_of(r.of->expected.verdict) + ',' +
+           (refusal ? "" : shortest(r.of->expected.within)) + ',' + number_or_nothing(r.outcome.error) + ',' +
+           quoted(r.outcome.unit) + ',' + (r.complaint.empty() ? "yes" : "no") + ',' + name_of(r.outcome.first_bad) +
+           ',' + number_or_nothing(r.outcome.energy) + ',' + std::to_string(r.outcome.work) + ',' +
+           quoted(r.outcome.refusal) + ',' + quoted(r.outcome.what) + '\n';
+  }
+  return out;
+}
+
+std::string html_of(const std::vector<Result>& results) {
+  const Tally sum = total(results);
+  std::string out =
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>farhand: stiff and extreme "
+      "cases</title><style>" +
+      std::string(kStyle) + "</style></head><body>\n<h1>Stiff and extreme cases</h1>\n";
+  out += "<div class=\"verdict " + std::string(sum.wrong == 0 ? "ok" : "failed") + "\"><b>" +
+         (sum.wrong == 0 ? "\u2713 Every case has its expected verdict"
+                         : "\u2715 " + std::to_string(sum.wrong) + " cases came out otherwise than expected") +
+         "</b><p>" + escaped(summary_text(results)) + "</p></div>\n";
+  out +=
+      "<p>Accurate: within the stated distance of a second way that shares no code with the first. Bounded: no more "
+      "can be promised, for the reason given. Refused: it does not run, or stops, and says why. Energy: largest "
+      "imbalance of a plant over what it turned over.</p>\n";
+  if (sum.wrong > 0) {
+    out += "<h2>Otherwise than expected</h2>\n<table>\n";
+    for (const Result& r : results) {
+      if (!r.complaint.empty())
+        out += row({r.of->family, r.of->name, r.complaint, r.outcome.what}, "td", " class=\"wrong\"");
+    }
+    out += "</table>\n";
+  }
+  out += "<h2>Families</h2>\n<table>\n" +
+         row({"family", "\tcases", "\taccurate", "\tbounded", "\trefused", "\totherwise"}, "th");
+  for (const auto& [name, t] : by_family(results))
+    out += row({name, "\t" + std::to_string(t.all), "\t" + std::to_string(t.of[0]), "\t" + std::to_string(t.of[1]),
+                "\t" + std::to_string(t.of[2]), "\t" + std::to_string(t.wrong)});
+  out += "</table>\n";
+  std::string family;
+  for (const Result& r : results) {
+    if (r.of->family != family) {
+      out += (family.empty() ? "" : "</table>\n") + std::string("<h2>") + escaped(r.of->family) + "</h2>\n<table>\n" +
+             row({"case", "expected", "\tfound", "judged against", "what happened", "first bad number", "\tenergy",
+                  "\twork"},
+                 "th");
+      family = r.of->family;
+    }
+    const bool measured = std::isfinite(r.outcome.error) && r.of->expected.verdict != Verdict::kRefused;
+    std::string what = r.outcome.refusal.empty() ? r.outcome.what : r.outcome.refusal;
+    if (r.of->expected.verdict == Verdict::kBounded) what += " Only bounded: " + r.of->expected.reason;
+    out += row({r.of->name, expectation(r.of->expected),
+                "\t" + (measured ? three_digits(r.outcome.error) + " " + r.outcome.unit
+                                 : std::string(r.outcome.refusal.empty() ? "-" : "refused")),
+                r.outcome.second_way, what, r.outcome.first_bad == Block::kNone ? "-" : name_of(r.outcome.first_bad),
+                "\t" + three_digits(r.outcome.energy), "\t" + std::to_string(r.outcome.work)},
+               "td", r.complaint.empty() ? "" : " class=\"wrong\"");
+  }
+  out += (family.empty() ? "" : "</table>\n") + std::string("<footer>farhand ") + FARHAND_VERSION +
+         ". To reproduce: <code>farhand-lab extreme --report FILE</code>.</footer>\n</body></html>\n";
+  return out;
+}
+
+}  // namespace farhand::extreme

@@ -1,0 +1,27 @@
+#include "tests/lab/limits_command.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "common/runtime/program.hpp"
+#include "tests/lab/limits_report.hpp"
+#include "tests/lab/write_to.hpp"
+
+namespace farhand {
+
+CLI::App* add_limits(CLI::App& app, LimitsChoice& choice) {
+  CLI::App* command = app.add_subcommand("limits", "where observers, force loop and sampled walls cease to be stable");
+  command->add_option("--csv", choice.csv, "every point of the maps (- is standard output)");
+  command->add_option("--report", choice.report, "the maps as one HTML file (- is standard output)");
+  return command;
+}
+
+int run_limits(const LimitsChoice& choice) {
+  const std::vector<LimitMap> maps = limit_maps();
+  const std::vector<WallLimits> walls = wall_limits();
+  write_to(choice.csv, [&](std::ostream& out) { write_limits_csv(maps, out); });
+  write_to(choice.report, [&](std::ostream& out) { out << limits_html(maps, walls); });
+  print_limits(maps, walls, choice.csv == "-" || choice.report == "-" ? std::cerr : std::cout);
+  return kExitOk;
+}
+
+}  // namespace farhand
