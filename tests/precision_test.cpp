@@ -112,7 +112,7 @@ TEST(BareRun, RefusesTheClosedFormForABristleWithTheReason) {
 
 TEST(Precision, FitsTheSlopeAboveTheFloorOnly) {
   std::vector<OrderPoint> runs = {
-      {1, 1.0, 1e-6}, {0.5, 1e-2 / 4, 1e-6}, {0.25, 1e-2 / 16, 1e-6}, {0.125, 1e-2 / 64, 1e-6}, {0.0625, 1e-5, 1e-6}};
+      {1, 1.0, 1e-6}, {0.5, 1e-2 / 4, 1e-6}, {0.25, 1e-2 / 16, 1e-6}, {0.125, 1e-2 / 64, 1e-6}, {0.0625, 8e-6, 1e-6}};
   int points = 0;
   EXPECT_NEAR(fitted_order(runs, 0.1, points), 2.0, 1e-12);
   EXPECT_EQ(points, 3);

@@ -174,10 +174,10 @@ void fit_orders(PrecisionResult& result, double position_range, double force_ran
 }  // namespace
 
 double fitted_order(const std::vector<OrderPoint>& runs, double saturation, int& points) {
-  constexpr std::size_t kFinest = 4;
+  constexpr std::size_t kFinest = 3;
   std::vector<std::pair<double, double>> used;  // logarithms of step and error
   for (const OrderPoint& run : runs) {
-    if (run.error > 30 * run.floor && run.error < saturation)
+    if (run.error > 10 * run.floor && run.error < saturation)
       used.emplace_back(std::log(run.step), std::log(run.error));
   }
   std::sort(used.begin(), used.end());
