@@ -15,12 +15,12 @@
 #include "common/runtime/program.hpp"
 #include "tests/lab/endure_command.hpp"
 #include "tests/lab/explain_command.hpp"
-#include "tests/lab/limits_command.hpp"
 #include "tests/lab/extreme_command.hpp"
-#include "tests/lab/write_to.hpp"
+#include "tests/lab/limits_command.hpp"
 #include "tests/lab/precision_command.hpp"
 #include "tests/lab/simulation.hpp"
 #include "tests/lab/sweep_command.hpp"
+#include "tests/lab/write_to.hpp"
 
 namespace farhand {
 namespace {

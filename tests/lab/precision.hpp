@@ -63,7 +63,7 @@ struct PrecisionResult {
 
 PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings);
 
-// Least squares of log(error) over log(step), over the finest four points that lie above their floor (30 times) and
+// Least squares of log(error) over log(step), over the finest three points that lie above their floor (10 times) and
 // below saturation; their count goes to `points`.
 struct OrderPoint {
   double step, error, floor;
