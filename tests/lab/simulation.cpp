@@ -17,11 +17,6 @@ namespace {
 
 constexpr std::uint32_t kMasterSession = 1, kSlaveSession = 2;
 
-std::unique_ptr<Side> make_slave(const scene::Scene& scene) {
-  const bool elastic = scene.slave().device() == scene::SERIES_ELASTIC;
-  return elastic ? make_emulated_slave(scene, kSlaveSession) : make_simulated_slave(scene, kSlaveSession);
-}
-
 // A clock that started elsewhere and runs at its own pace.
 struct LocalClock {
   Nanoseconds offset = 0;
@@ -43,71 +38,53 @@ std::size_t room(const scene::Path& path, double tick_s) {
 
 class Run {
  public:
-  explicit Run(const LoadedScene& loaded)
-      : scene_(loaded.scene),
-        master_(make_simulated_master(scene_, kMasterSession)),
-        slave_(make_slave(scene_)),
-        forward_(link_params(scene_.network().forward()), scene_.seed(), LinkDirection::kForward),
-        backward_(link_params(scene_.network().backward()), scene_.seed(), LinkDirection::kBackward),
-        to_slave_(room(scene_.network().forward(), scene_.tick_s())),
-        to_master_(room(scene_.network().backward(), scene_.tick_s())),
-        acts_(scene_) {
-    slave_clock_.offset = from_seconds(scene_.network().peer_clock_offset_s());
-    slave_clock_.skew = scene_.network().peer_clock_skew_ppm() * 1e-6;
-    session_.scene_name = loaded.name;
-    session_.scene_text = complete_text(scene_);
-    session_.seed = scene_.seed();
-    session_.deterministic = true;
+  Run(const scene::Scene& scene, const Sides& sides, Witness& witness)
+      : tick_(from_seconds(scene.tick_s())),
+        end_(from_seconds(scene.duration_s())),
+        master_(*sides.master),
+        slave_(*sides.slave),
+        witness_(witness),
+        forward_(link_params(scene.network().forward()), scene.seed(), LinkDirection::kForward),
+        backward_(link_params(scene.network().backward()), scene.seed(), LinkDirection::kBackward),
+        to_slave_(room(scene.network().forward(), scene.tick_s())),
+        to_master_(room(scene.network().backward(), scene.tick_s())),
+        acts_(scene) {
+    slave_clock_.offset = from_seconds(scene.network().peer_clock_offset_s());
+    slave_clock_.skew = scene.network().peer_clock_skew_ppm() * 1e-6;
   }
 
-  Session to_end(const std::function<void(double)>& progress) {
-    const Nanoseconds dt = from_seconds(scene_.tick_s()), end = from_seconds(scene_.duration_s());
-    const auto rows = static_cast<std::size_t>(end / dt + 1);
-    session_.master.reserve(rows);
-    session_.slave.reserve(rows);
-    session_.link.reserve(2 * rows);
-    Nanoseconds next_master = 0, next_slave = 0, next_report = 0;
-    std::int64_t slave_ticks = 0;
+  RunCounters to_end() {
+    Nanoseconds next_master = 0, next_slave = 0;
+    std::int64_t master_ticks = 0, slave_ticks = 0;
     while (true) {
       const Nanoseconds t = std::min(next_master, next_slave);
-      if (t > end) break;
+      if (t > end_) break;
       deliver(t);  // ticks of the same instant do not hear each other: neither machine goes first
       if (next_master == t) {
-        tick(*master_, session_.master, "master", t, t, acts_.next(to_seconds(t)), true);
-        next_master += dt;
+        tick(true, t, t, acts_.next(to_seconds(t)));
+        next_master = ++master_ticks * tick_;
       }
       if (next_slave == t) {
-        tick(*slave_, session_.slave, "slave", t, slave_clock_.at(t), OperatorAct::kNone, false);
-        next_slave = slave_clock_.when(++slave_ticks * dt);
-      }
-      if (progress && t >= next_report) {
-        progress(to_seconds(t));
-        next_report += kSecond;
+        tick(false, t, slave_clock_.at(t), OperatorAct::kNone);
+        next_slave = slave_clock_.when(++slave_ticks * tick_);
       }
     }
-    count(session_.master_counters, *master_, master_rejected_, session_.master.size());
-    count(session_.slave_counters, *slave_, slave_rejected_, session_.slave.size());
-    return std::move(session_);
+    return {counters(master_, master_rejected_, master_ticks), counters(slave_, slave_rejected_, slave_ticks)};
   }
 
  private:
-  void tick(Side& side, std::vector<StationSample>& rows, const char* who, Nanoseconds t, Nanoseconds now,
-            OperatorAct act, bool forward) {
+  void tick(bool master, Nanoseconds t, Nanoseconds now, OperatorAct act) {
     const double t_s = to_seconds(t);
+    Side& side = master ? master_ : slave_;
     const Packet<1> packet = side.tick(now, t_s, act, 1);
-    const StationSample row = sample_of(side.trace(), side.receiver(), side.truth(), t_s);
-    if (act != OperatorAct::kNone) session_.events.push_back({t_s, who, std::string("operator: ") + name_of(act)});
-    if (rows.empty() || rows.back().state != row.state)
-      session_.events.push_back(
-          {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + name_of(side.trace().reason)});
-    rows.push_back(row);
-    send(packet, t, forward);
+    witness_.ticked(master, side, t_s, act);
+    send(packet, t, master);
   }
 
   void send(const Packet<1>& packet, Nanoseconds t, bool forward) {
     const LinkModel::Fate fate = (forward ? forward_ : backward_).offer(t);
     const double delay = to_seconds(fate.delay);
-    session_.link.push_back(
+    witness_.sent(
         {to_seconds(t), forward, fate.lost, delay, fate.lost ? std::numeric_limits<double>::quiet_NaN() : delay});
     if (fate.lost) return;
     if (!(forward ? to_slave_ : to_master_).push(t + fate.delay, codec_.encode(packet))) {
@@ -116,8 +93,8 @@ class Run {
   }
 
   void deliver(Nanoseconds t) {
-    deliver(to_slave_, t, *slave_, slave_clock_, slave_rejected_);
-    deliver(to_master_, t, *master_, {}, master_rejected_);
+    deliver(to_slave_, t, slave_, slave_clock_, slave_rejected_);
+    deliver(to_master_, t, master_, {}, master_rejected_);
   }
 
   void deliver(PendingDatagrams& way, Nanoseconds t, Side& to, const LocalClock& clock, std::uint64_t& rejected) {
@@ -132,30 +109,82 @@ class Run {
     }
   }
 
-  static void count(StationCounters& counters, const Side& side, std::uint64_t rejected, std::size_t ticks) {
-    counters = counters_of(side.receiver().counters());
+  static StationCounters counters(const Side& side, std::uint64_t rejected, std::int64_t ticks) {
+    StationCounters counters = counters_of(side.receiver().counters());
     counters.serial_sent = side.serial_counters().sent;
     counters.serial_received = side.serial_counters().received;
     counters.serial_crc_errors = side.serial_counters().crc_errors;
-    counters.ticks = counters.sent = ticks;
+    counters.ticks = counters.sent = static_cast<std::uint64_t>(ticks);
     counters.rejected_format = rejected;
+    return counters;
   }
 
-  scene::Scene scene_;
-  std::unique_ptr<Side> master_, slave_;
+  Nanoseconds tick_, end_;
+  Side &master_, &slave_;
+  Witness& witness_;
   LinkModel forward_, backward_;
   LocalClock slave_clock_;
   PacketCodec<1> codec_;
   PendingDatagrams to_slave_, to_master_;
-  Session session_;
   std::uint64_t master_rejected_ = 0, slave_rejected_ = 0;
   OperatorTimeline acts_;
 };
 
+// Keeps every row, packet and event.
+class Keeper final : public Witness {
+ public:
+  Keeper(const LoadedScene& loaded, const std::function<void(double)>& progress) : progress_(progress) {
+    const auto rows = static_cast<std::size_t>(loaded.scene.duration_s() / loaded.scene.tick_s()) + 2;
+    session.scene_name = loaded.name;
+    session.scene_text = complete_text(loaded.scene);
+    session.seed = loaded.scene.seed();
+    session.deterministic = true;
+    session.master.reserve(rows);
+    session.slave.reserve(rows);
+    session.link.reserve(2 * rows);
+  }
+
+  void ticked(bool master, const Side& side, double t_s, OperatorAct act) override {
+    std::vector<StationSample>& rows = master ? session.master : session.slave;
+    const char* who = master ? "master" : "slave";
+    const StationSample row = sample_of(side.trace(), side.receiver(), side.truth(), t_s);
+    if (act != OperatorAct::kNone) session.events.push_back({t_s, who, std::string("operator: ") + name_of(act)});
+    if (rows.empty() || rows.back().state != row.state)
+      session.events.push_back(
+          {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + name_of(side.trace().reason)});
+    rows.push_back(row);
+    if (progress_ && t_s >= next_report_s_) {
+      progress_(t_s);
+      next_report_s_ += 1.0;
+    }
+  }
+  void sent(const LinkSample& packet) override { session.link.push_back(packet); }
+
+  Session session;
+
+ private:
+  const std::function<void(double)>& progress_;
+  double next_report_s_ = 0;
+};
+
 }  // namespace
 
+Sides make_sides(const scene::Scene& scene) {
+  const bool elastic = scene.slave().device() == scene::SERIES_ELASTIC;
+  return {make_simulated_master(scene, kMasterSession),
+          elastic ? make_emulated_slave(scene, kSlaveSession) : make_simulated_slave(scene, kSlaveSession)};
+}
+
+RunCounters simulate(const LoadedScene& loaded, const Sides& sides, Witness& witness) {
+  return Run(loaded.scene, sides, witness).to_end();
+}
+
 Session simulate(const LoadedScene& loaded, const std::function<void(double)>& progress) {
-  return Run(loaded).to_end(progress);
+  Keeper keeper(loaded, progress);
+  const RunCounters counters = simulate(loaded, make_sides(loaded.scene), keeper);
+  keeper.session.master_counters = counters.master;
+  keeper.session.slave_counters = counters.slave;
+  return std::move(keeper.session);
 }
 
 }  // namespace farhand

@@ -7,10 +7,36 @@
 
 #include "common/config/load.hpp"
 #include "common/record/session.hpp"
+#include "common/runtime/side.hpp"
 
 namespace farhand {
 
-// Runs a scene to its end. `progress` (may be empty) is told the virtual time once per virtual second.
+struct Sides {
+  std::unique_ptr<Side> master, slave;
+};
+
+// The simulated sides of a scene, as every run of the lab has them.
+Sides make_sides(const scene::Scene& scene);
+
+// Sees a run as it goes and keeps of it what it likes. What it is not told to keep is kept by nobody, so a run may last
+// for days of virtual time.
+class Witness {
+ public:
+  virtual ~Witness() = default;
+  // After a tick of either side. act: what its operator did in it.
+  virtual void ticked(bool master, const Side& side, double t_s, OperatorAct act) = 0;
+  // A packet entered the link.
+  virtual void sent(const LinkSample& /*packet*/) {}
+};
+
+struct RunCounters {
+  StationCounters master, slave;
+};
+
+// Runs a scene to its end on these sides. After the first tick it touches the heap only where the witness does.
+RunCounters simulate(const LoadedScene& loaded, const Sides& sides, Witness& witness);
+
+// Keeps everything. `progress` (may be empty) is told the virtual time once per virtual second.
 Session simulate(const LoadedScene& loaded, const std::function<void(double)>& progress = {});
 
 }  // namespace farhand
