@@ -13,11 +13,11 @@ namespace {
 using Sets = std::vector<std::string>;
 
 constexpr double StationSample::*kColumns[] = {
-    &StationSample::t_s,          &StationSample::x_rad,        &StationSample::v_rad_s,
-    &StationSample::f_nm,         &StationSample::remote_x_rad, &StationSample::remote_v_rad_s,
-    &StationSample::remote_f_nm,  &StationSample::target_x_rad, &StationSample::command_nm,
-    &StationSample::x_cdob_rad,   &StationSample::alpha,        &StationSample::playout_delay_s,
-    &StationSample::rtt_s,        &StationSample::true_x_rad,   &StationSample::true_v_rad_s,
+    &StationSample::t_s,         &StationSample::x_rad,        &StationSample::v_rad_s,
+    &StationSample::f_nm,        &StationSample::remote_x_rad, &StationSample::remote_v_rad_s,
+    &StationSample::remote_f_nm, &StationSample::target_x_rad, &StationSample::command_nm,
+    &StationSample::x_cdob_rad,  &StationSample::alpha,        &StationSample::playout_delay_s,
+    &StationSample::rtt_s,       &StationSample::true_x_rad,   &StationSample::true_v_rad_s,
     &StationSample::true_f_nm,
 };
 
@@ -65,9 +65,8 @@ TEST(LeftOut, CdobThatLetsNothingThroughIsNoCdob) {
 
 TEST(LeftOut, SdcvThatNeverScalesIsNoSdcv) {
   for (const char* scene : {"four_channel", "sea_four_channel", "demo"}) {
-    expect_no_difference(
-        scene, {}, {"architecture=FOUR_CHANNEL_CDOB"},
-        {"architecture=FOUR_CHANNEL_CDOB_SDCV", "control.f_1_nm=90", "control.f_2_nm=100"});
+    expect_no_difference(scene, {}, {"architecture=FOUR_CHANNEL_CDOB"},
+                         {"architecture=FOUR_CHANNEL_CDOB_SDCV", "control.f_1_nm=90", "control.f_2_nm=100"});
   }
 }
 
@@ -137,8 +136,8 @@ class Checksum final : public Witness {
  public:
   void ticked(bool, const Side& side, double t_s, OperatorAct) override {
     const Truth truth = side.truth();
-    for (const double value : {t_s, side.trace().local.x[0], side.trace().target.x[0], side.trace().effort, truth.x,
-                               truth.v, truth.f})
+    for (const double value :
+         {t_s, side.trace().local.x[0], side.trace().target.x[0], side.trace().effort, truth.x, truth.v, truth.f})
       add(value);
   }
   void add(double value) { sum = (sum ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001B3u; }

@@ -17,6 +17,7 @@
 #include "common/record/report.hpp"
 #include "common/record/summary.hpp"
 #include "common/runtime/program.hpp"
+#include "tests/lab/endure_command.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
@@ -226,7 +227,11 @@ int main(int argc, char** argv) {
   exported->add_option("--csv", csv_directory, "directory for one CSV file per topic");
   exported->add_option("--mat", mat_file, "MAT file, level 4");
 
+  EndureChoice endurance;
+  CLI::App* endured = add_endure(app, endurance);
+
   return run_program(app, argc, argv, [&] {
+    if (endured->parsed()) return endure_scene(endurance);
     if (run->parsed()) return run_scene(choice, outputs);
     if (checked->parsed()) return check(files);
     if (printed->parsed()) return schema(json);

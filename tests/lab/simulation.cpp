@@ -15,8 +15,6 @@
 namespace farhand {
 namespace {
 
-constexpr std::uint32_t kMasterSession = 1, kSlaveSession = 2;
-
 // A clock that started elsewhere and runs at its own pace.
 struct LocalClock {
   Nanoseconds offset = 0;

@@ -11,6 +11,8 @@
 
 namespace farhand {
 
+inline constexpr std::uint32_t kMasterSession = 1, kSlaveSession = 2;
+
 struct Sides {
   std::unique_ptr<Side> master, slave;
 };

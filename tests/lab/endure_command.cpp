@@ -1,0 +1,80 @@
+#include "tests/lab/endure_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/lab/endure.hpp"
+
+namespace farhand {
+namespace {
+
+nlohmann::ordered_json json_of(const Stretch& s) {
+  return {{"until_s", s.until_s},
+          {"engaged_s", s.engaged_s},
+          {"tracking_rms_rad", s.tracking_rms_rad},
+          {"tracking_peak_rad", s.tracking_peak_rad},
+          {"force_error_rms_nm", s.force_error_rms_nm},
+          {"force_error_peak_nm", s.force_error_peak_nm},
+          {"energy_residual_master_j", s.energy_residual_master_j},
+          {"energy_residual_slave_j", s.energy_residual_slave_j},
+          {"energy_exchanged_j", s.energy_exchanged_j},
+          {"playout_mean_s", s.playout_mean_s},
+          {"lost", s.lost},
+          {"late", s.late},
+          {"wall_clock", {{"wall_s", s.wall_s}, {"resident_bytes", s.resident_bytes}}}};
+}
+
+void print_row(std::FILE* out, const Stretch& s) {
+  std::fprintf(out, "%9.0f %9.1f %9.4f %9.4f %9.5f %9.5f %10.2e %10.2e %9.3f %8.2f %8llu %7llu %9.2f %7.1f\n",
+               s.until_s, s.engaged_s, 1e3 * s.tracking_rms_rad, 1e3 * s.tracking_peak_rad, s.force_error_rms_nm,
+               s.force_error_peak_nm, s.energy_residual_master_j, s.energy_residual_slave_j, s.energy_exchanged_j,
+               1e3 * s.playout_mean_s, static_cast<unsigned long long>(s.lost), static_cast<unsigned long long>(s.late),
+               static_cast<double>(s.resident_bytes) / 1048576.0, s.wall_s);
+  std::fflush(out);
+}
+
+}  // namespace
+
+CLI::App* add_endure(CLI::App& app, EndureChoice& choice) {
+  CLI::App* command = app.add_subcommand(
+      "endure", "repeat the session of a scene for hours of virtual time: error, energy and memory of each hour");
+  command->add_option("SCENE", choice.scene.scene, "name of a shipped scene, or path of a scene file")->required();
+  add_set_options(*command, choice.scene);
+  command->add_option("--hours", choice.hours, "virtual time, h; by default 24")->check(CLI::Range(1e-4, 1000.0));
+  command->add_option("--line", choice.line_s, "virtual time of a line, s; by default 3600")
+      ->check(CLI::Range(0.1, 1e6));
+  command->add_option("--json", choice.json, "the lines as JSON (- is standard output)");
+  return command;
+}
+
+int endure_scene(const EndureChoice& choice) {
+  const LoadedScene loaded = repeated(choice.scene.load(), choice.hours * 3600.0);
+  std::FILE* out = choice.json == "-" ? stderr : stdout;
+  std::fprintf(out, "%9s %9s %9s %9s %9s %9s %10s %10s %9s %8s %8s %7s %9s %7s\n", "until", "engaged", "tracking",
+               "peak", "force", "peak", "residual", "residual", "exchanged", "playout", "lost", "late", "memory",
+               "wall");
+  std::fprintf(out, "%9s %9s %9s %9s %9s %9s %10s %10s %9s %8s %8s %7s %9s %7s\n", "s", "s", "rms mrad", "mrad",
+               "rms N m", "N m", "master J", "slave J", "J", "mean ms", "", "", "MiB", "s");
+  nlohmann::ordered_json lines = nlohmann::ordered_json::array();
+  double wall_s = 0;
+  endure(loaded, choice.line_s, [&](const Stretch& stretch) {
+    print_row(out, stretch);
+    if (!choice.json.empty()) lines.push_back(json_of(stretch));
+    wall_s += stretch.wall_s;
+  });
+  std::fprintf(out, "%.0f s in %.1f s, %.0f times real time\n", loaded.scene.duration_s(), wall_s,
+               loaded.scene.duration_s() / wall_s);
+  const nlohmann::ordered_json all = {{"scene", loaded.name}, {"seed", loaded.scene.seed()}, {"lines", lines}};
+  if (choice.json == "-") std::printf("%s\n", all.dump(2).c_str());
+  if (!choice.json.empty() && choice.json != "-") {
+    std::ofstream file(choice.json);
+    file << all.dump(2) << '\n';
+    file.close();
+    if (!file) throw std::runtime_error("cannot write " + choice.json);
+  }
+  return kExitOk;
+}
+
+}  // namespace farhand
