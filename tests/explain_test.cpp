@@ -4,7 +4,9 @@
 
 #include <bit>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
+#include "tests/lab/explain_text.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
@@ -158,6 +160,85 @@ TEST(LeftOut, RowsThatNobodyKeepsAreTheSameRows) {
   }
   EXPECT_EQ(live.sum, kept.sum);
   EXPECT_EQ(counters.slave.received, session.slave_counters.received);
+}
+
+const Block& block(const Explanation& explanation, Place place, BlockId id) {
+  for (const Block& one : explanation.blocks) {
+    if (one.place == place && one.id == id) return one;
+  }
+  throw std::out_of_range("no such block");
+}
+
+Explanation explained(const std::string& scene, const Sets& sets = {}) {
+  return explain_without_costs(load_scene(scene, sets));
+}
+
+// Everything that the wall clock measured, away.
+nlohmann::json without_wall_clock(nlohmann::json value) {
+  if (value.is_object()) value.erase("wall_clock");
+  if (value.is_structured()) {
+    for (nlohmann::json& child : value) child = without_wall_clock(child);
+  }
+  return value;
+}
+
+TEST(Explain, SaysOfEveryShippedSceneWhatItHasAndWhatItLeavesOut) {
+  for (const std::string& name : known_scenes()) {
+    const LoadedScene loaded = load_scene(name);
+    const Explanation e = explain(loaded);
+    for (const Block& one : e.blocks) {
+      EXPECT_FALSE(one.reason.empty()) << name << ' ' << one.name;
+      if (one.bytes > 0) {
+        EXPECT_TRUE(std::isfinite(one.cost.ns_per_tick)) << name << ' ' << one.name;
+      }
+    }
+    for (const Cost& cost : {e.master_station, e.slave_station, e.master_side, e.slave_side, e.run})
+      EXPECT_GT(cost.ns_per_tick, 10) << name;
+    EXPECT_GT(e.master_station_bytes, sizeof(Receiver<1>));
+    EXPECT_EQ(without_wall_clock(nlohmann::json::parse(json_text(e))),
+              without_wall_clock(nlohmann::json::parse(json_text(explain_without_costs(loaded)))))
+        << name;
+  }
+}
+
+TEST(Explain, BlocksAreThoseOfTheArchitecture) {
+  for (const auto& [architecture, cdob, sdcv] : {std::tuple{"FOUR_CHANNEL", false, false},
+                                                 {"FOUR_CHANNEL_CDOB", true, false},
+                                                 {"FOUR_CHANNEL_CDOB_SDCV", true, true}}) {
+    const Explanation e = explained("four_channel", {std::string("architecture=") + architecture});
+    EXPECT_EQ(block(e, Place::kMaster, BlockId::kCdob).contained, cdob);
+    EXPECT_EQ(block(e, Place::kMaster, BlockId::kSdcv).contained, sdcv);
+    EXPECT_FALSE(block(e, Place::kSlave, BlockId::kCdob).contained);
+  }
+}
+
+TEST(Explain, WarnsOfABlockThatTheSceneDoesNotNeed) {
+  const auto needless = [](const char* scene, const Sets& sets, Place place, BlockId id) {
+    return block(explained(scene, sets), place, id).needless;
+  };
+  EXPECT_NE(
+      needless("zero_delay", {"architecture=FOUR_CHANNEL_CDOB"}, Place::kMaster, BlockId::kCdob).find("FOUR_CHANNEL"),
+      std::string::npos);
+  EXPECT_EQ(needless("four_channel_cdob", {}, Place::kMaster, BlockId::kCdob), "");
+  EXPECT_NE(needless("outage", {}, Place::kMaster, BlockId::kSdcv).find("nothing to touch"), std::string::npos);
+  EXPECT_EQ(needless("demo", {}, Place::kMaster, BlockId::kSdcv), "");
+  // 0.4 N m/rad at 0.3 rad is less than f_1 = 0.2 N m.
+  EXPECT_NE(needless("demo", {"slave.hand.stiffness_nm_per_rad=0.4"}, Place::kMaster, BlockId::kSdcv).find("0.12 N m"),
+            std::string::npos);
+  EXPECT_NE(needless("demo", {"slave.hand={stiffness_nm_per_rad: 0 damping_nms_per_rad: 0}"}, Place::kWorldSlave,
+                     BlockId::kHand),
+            "");
+  EXPECT_NE(needless("demo", {"slave.wall={at_rad: 0.9}"}, Place::kWorldSlave, BlockId::kWall), "");
+  EXPECT_EQ(needless("demo", {"slave.wall={at_rad: 0.2}"}, Place::kWorldSlave, BlockId::kWall), "");
+}
+
+TEST(Explain, ReasonsAreMadeOfTheScenesOwnValues) {
+  const Explanation e = explained("demo", {"network.forward.delay_s=0.25"});
+  EXPECT_NE(block(e, Place::kMaster, BlockId::kCdob).reason.find("350 ms"), std::string::npos);
+  EXPECT_NE(block(e, Place::kLink, BlockId::kLoss).reason.find("1 %"), std::string::npos);
+  EXPECT_NE(block(explained("zero_delay"), Place::kMaster, BlockId::kCdob).reason.find("no delay"), std::string::npos);
+  EXPECT_NE(block(explained("sea_friction"), Place::kWorldSlave, BlockId::kFriction).reason.find("0.05"),
+            std::string::npos);
 }
 
 }  // namespace

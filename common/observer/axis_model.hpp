@@ -17,6 +17,7 @@ struct AxisModel {
   // away from x = 0, so its load is negative for x > 0.
   template <int N>
   Joints<N> gravity_load(const Joints<N>& x) const noexcept {
+    if (gravity == 0.0) return Joints<N>::Zero();  // an axis without weight does not pay for its sine
     return -gravity * (x + gravity_angle).sin();
   }
 
@@ -25,6 +26,7 @@ struct AxisModel {
   // bare sign of a quantised velocity would feed the encoder's last count back as torque.
   template <int N>
   Joints<N> known_load(const Joints<N>& weight, const Joints<N>& v) const noexcept {
+    if (coulomb == 0.0) return weight + viscous * v;
     return weight + viscous * v + coulomb * (v / kStandstill).tanh();
   }
 

@@ -18,6 +18,7 @@
 #include "common/record/summary.hpp"
 #include "common/runtime/program.hpp"
 #include "tests/lab/endure_command.hpp"
+#include "tests/lab/explain_command.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
@@ -229,8 +230,11 @@ int main(int argc, char** argv) {
 
   EndureChoice endurance;
   CLI::App* endured = add_endure(app, endurance);
+  ExplainChoice explanation;
+  CLI::App* explained = add_explain(app, explanation);
 
   return run_program(app, argc, argv, [&] {
+    if (explained->parsed()) return explain_scene(explanation);
     if (endured->parsed()) return endure_scene(endurance);
     if (run->parsed()) return run_scene(choice, outputs);
     if (checked->parsed()) return check(files);

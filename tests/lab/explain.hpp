@@ -1,0 +1,94 @@
+// Which blocks does a scene consist of, which does it leave out and why, and what does each cost? The reasons are made
+// of the scene's own values; the times are measured in the very call, on the scene's own motion.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/config/load.hpp"
+
+namespace farhand {
+
+enum class BlockId : std::uint8_t {
+  kVelocity,
+  kDob,
+  kRtob,
+  kWeight,
+  kCoulomb,
+  kLaw,
+  kCdob,
+  kSdcv,
+  kTorqueGate,
+  kReferenceGate,
+  kBlend,
+  kEngagement,
+  kReceiver,
+  kPlayoutDepth,
+  kCodec,
+  kDelay,
+  kJitter,
+  kLoss,
+  kClock,
+  kSerial,
+  kMcu,
+  kPlant,
+  kSpring,
+  kHand,
+  kWall,
+  kFriction,
+  kPlantWeight,
+  kEvents,
+  kStiff,
+  kRecording,
+};
+
+// Measured: differs from call to call. NaN: not measured.
+struct Cost {
+  double ns_per_tick = std::numeric_limits<double>::quiet_NaN();  // median of batches
+  double low = std::numeric_limits<double>::quiet_NaN();          // quartiles
+  double high = std::numeric_limits<double>::quiet_NaN();
+};
+
+enum class Place : std::uint8_t { kMaster, kSlave, kLink, kWorldMaster, kWorldSlave, kRun };
+
+struct Block {
+  Place place;
+  BlockId id;
+  std::string name;
+  bool contained = false;
+  std::string reason;      // why it is there, or why not
+  std::string needless{};  // contained, but this scene could do without: how
+  std::size_t bytes = 0;   // 0: no memory of its own
+  Cost cost{};
+};
+
+// What advances a simulated world.
+struct PlantChoice {
+  std::string plant;   // master or slave
+  std::string asked;   // by the scene
+  std::string method;  // what runs
+  double step_s = 0;
+  double largest_rate_per_s = 0;  // largest |lambda| of all modes
+  double rate_times_step = 0;
+  double limit = 0;     // beyond which an explicit method blows up
+  std::string because;  // in words
+};
+
+struct Explanation {
+  std::string scene;
+  std::vector<Block> blocks;
+  std::vector<PlantChoice> plants;
+  std::size_t master_station_bytes = 0, slave_station_bytes = 0;
+  std::size_t master_side_bytes = 0, slave_side_bytes = 0;  // with the simulated device
+  Cost master_station, slave_station, master_side, slave_side, run;
+};
+
+// Without costs: the same every time.
+Explanation explain_without_costs(const LoadedScene& loaded);
+Explanation explain(const LoadedScene& loaded);
+
+const char* name_of(Place place);
+
+}  // namespace farhand

@@ -1,0 +1,561 @@
+#include "tests/lab/explain_costs.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "common/config/station_params.hpp"
+#include "common/config/world_params.hpp"
+#include "common/device/mcu_axis.hpp"
+#include "common/device/simulated_axis.hpp"
+#include "common/link/codec.hpp"
+#include "common/record/sample.hpp"
+#include "common/runtime/side_of.hpp"
+#include "netem/link_params.hpp"
+#include "netem/pending.hpp"
+#include "slave/emulator_params.hpp"
+#include "tests/lab/emulated_slave.hpp"
+#include "tests/lab/simulation.hpp"
+
+namespace farhand {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Direct = DirectDrive<1>;
+using Referenced = ReferenceDrive<1>;
+
+// The compiler must make the value and may not know where it went.
+template <class T>
+void keep(const T& value) {
+  asm volatile("" : : "r,m"(&value) : "memory");
+}
+
+double ns_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
+}
+
+// Time that this thread had a processor: what others do meanwhile is not counted. Asking costs too much for one tick.
+double thread_ns() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
+}
+
+Cost summary(std::vector<double> ns) {
+  std::sort(ns.begin(), ns.end());
+  return {ns[ns.size() / 2], ns[ns.size() / 4], ns[ns.size() - 1 - ns.size() / 4]};
+}
+
+constexpr int kBatches = 9;
+
+// batch() does `ticks` ticks. The first one warms up and is not counted.
+template <class Batch>
+Cost measure(std::size_t ticks, Batch&& batch) {
+  std::vector<double> ns;
+  for (int k = 0; k <= kBatches; ++k) {
+    const double start = thread_ns();
+    batch();
+    if (k > 0) ns.push_back((thread_ns() - start) / static_cast<double>(ticks));
+  }
+  return summary(std::move(ns));
+}
+
+// What one part adds to a whole: pairs measured in turn, so that a machine that slows down slows both.
+template <class With, class Without>
+Cost difference(std::size_t ticks, With&& with, Without&& without) {
+  std::vector<double> ns;
+  for (int k = 0; k <= kBatches; ++k) {
+    const double start = thread_ns();
+    with();
+    const double middle = thread_ns();
+    without();
+    if (k > 0) ns.push_back((2 * middle - start - thread_ns()) / static_cast<double>(ticks));
+  }
+  return summary(std::move(ns));
+}
+
+Motion<1> motion(double x, double v, double f) { return {Joints<1>(x), Joints<1>(v), Joints<1>(f)}; }
+
+struct Arrival {
+  Nanoseconds at;
+  Packet<1> packet;
+};
+
+// What one side saw in the scene's own run.
+struct Inputs {
+  bool master;
+  const std::vector<StationSample>& rows;
+  std::vector<Arrival> arrivals;
+
+  Motion<1> local(std::size_t k) const { return motion(rows[k].x_rad, rows[k].v_rad_s, rows[k].f_nm); }
+  Motion<1> remote(std::size_t k) const {
+    return motion(rows[k].remote_x_rad, rows[k].remote_v_rad_s, rows[k].remote_f_nm);
+  }
+};
+
+// The packets of the peer in the order in which they came.
+std::vector<Arrival> arrivals_of(const Session& session, bool to_master) {
+  std::vector<Arrival> arrivals;
+  const std::vector<StationSample>& from = to_master ? session.slave : session.master;
+  std::size_t k = 0;
+  for (const LinkSample& sent : session.link) {
+    if (sent.forward == to_master) continue;
+    const StationSample& row = from[k++];
+    if (sent.lost) continue;
+    Packet<1> packet;
+    packet.session = 7;
+    packet.seq = static_cast<std::uint32_t>(k);
+    packet.send_time_ns = from_seconds(sent.t_s);
+    packet.state = static_cast<StationState>(row.state);
+    packet.motion = motion(row.x_rad, row.v_rad_s, row.f_nm);
+    arrivals.push_back({from_seconds(sent.t_s + sent.achieved_delay_s), packet});
+  }
+  std::stable_sort(arrivals.begin(), arrivals.end(), [](const Arrival& a, const Arrival& b) { return a.at < b.at; });
+  return arrivals;
+}
+
+template <class S>
+typename S::Drive::Sensed sensed_in(const StationSample& row) {
+  typename S::Drive::Sensed sensed;
+  sensed.x[0] = row.x_rad;
+  if constexpr (requires { sensed.f; }) sensed.f[0] = row.f_nm;
+  sensed.valid = true;
+  return sensed;
+}
+
+class Meter {
+ public:
+  explicit Meter(const LoadedScene& loaded)
+      : scene_(loaded.scene),
+        session_(simulate(loaded)),
+        master_{true, session_.master, arrivals_of(session_, true)},
+        slave_{false, session_.slave, arrivals_of(session_, false)},
+        dt_s_(scene_.tick_s()) {}
+
+  void add(Explanation& to) {
+    for (Block& block : to.blocks) {
+      if (block.contained) block.cost = of(block);
+    }
+    to.master_station = scene_.architecture() == scene::FOUR_CHANNEL ? station<FourChannel<Direct>>(master_)
+                        : scene_.architecture() == scene::FOUR_CHANNEL_CDOB
+                            ? station<FourChannelCdob<Direct>>(master_)
+                            : station<FourChannelCdobSdcv<Direct>>(master_);
+    to.slave_station = elastic() ? station<FourChannel<Referenced>>(slave_) : station<FourChannel<Direct>>(slave_);
+    whole(to);
+  }
+
+ private:
+  bool elastic() const { return scene_.slave().device() == scene::SERIES_ELASTIC; }
+  StationParams params(const Inputs& in) const {
+    return in.master ? master_station_params(scene_, kMasterSession) : slave_station_params(scene_, kSlaveSession);
+  }
+
+  template <class Each>
+  static Cost each_tick(const Inputs& in, Each&& each) {
+    return measure(in.rows.size(), [&] {
+      for (std::size_t k = 0; k < in.rows.size(); ++k) each(k);
+    });
+  }
+
+  Cost of(const Block& block) {
+    const Inputs& in = block.place == Place::kSlave ? slave_ : master_;
+    const StationParams p = params(in);
+    const DriveParams& d = p.scene.drive;
+    switch (block.id) {
+      case BlockId::kVelocity: {
+        Derivative<1> velocity(d.g_v, dt_s_);
+        return each_tick(in, [&](std::size_t k) { keep(velocity.step(Joints<1>(in.rows[k].x_rad))); });
+      }
+      case BlockId::kDob: {
+        Dob<1> dob(d.model.J_n, d.g_dis, dt_s_);
+        return each_tick(in, [&](std::size_t k) {
+          keep(dob.step(Joints<1>(in.rows[k].command_nm), Joints<1>(in.rows[k].v_rad_s)));
+        });
+      }
+      case BlockId::kRtob:
+        return rtob(in, without_known(d.model), dt_s_);
+      case BlockId::kWeight:
+      case BlockId::kCoulomb:
+        return part_of_rtob(in, d, block.id);
+      case BlockId::kLaw:
+        return each_tick(in, [&](std::size_t k) { keep(four_channel(d.K, in.local(k), in.remote(k))); });
+      case BlockId::kCdob: {
+        Cdob<1> cdob(d.K, p.scene.g_net, p.scene.local_model, dt_s_);
+        return each_tick(in, [&](std::size_t k) {
+          cdob.step(in.local(k), in.remote(k));
+          keep(cdob);
+        });
+      }
+      case BlockId::kSdcv: {
+        Sdcv<1> sdcv(p.scene.sdcv, dt_s_);
+        return each_tick(in, [&](std::size_t k) { keep(sdcv.step(Joints<1>(in.rows[k].remote_f_nm))); });
+      }
+      case BlockId::kTorqueGate: {
+        TorqueGate<1> gate(d.gate, dt_s_);
+        return each_tick(
+            in, [&](std::size_t k) { keep(gate.pass(Joints<1>(in.rows[k].command_nm), Joints<1>(in.rows[k].x_rad))); });
+      }
+      case BlockId::kReferenceGate: {
+        ReferenceGate<1> gate(d.gate, dt_s_);
+        return each_tick(in, [&](std::size_t k) { keep(gate.pass(in.remote(k))); });
+      }
+      case BlockId::kBlend: {
+        Blend<1> blend(p.blend_s, p.align_speed);
+        blend.begin(in.local(0), in.remote(0));
+        return each_tick(in, [&](std::size_t k) { keep(blend.step(in.remote(k), dt_s_)); });
+      }
+      case BlockId::kEngagement: {
+        Engagement engagement(p.role, p.engagement);
+        return each_tick(in, [&](std::size_t k) {
+          EngagementInputs inputs;
+          inputs.peer_alive = true;
+          inputs.peer = static_cast<StationState>(in.rows[k].state);
+          keep(engagement.step(static_cast<Nanoseconds>(k) * from_seconds(dt_s_), inputs));
+        });
+      }
+      case BlockId::kReceiver:
+        return receiver(in, p);
+      case BlockId::kCodec:
+        return codec();
+      case BlockId::kDelay:
+        return link();
+      case BlockId::kMcu:
+        return mcu();
+      case BlockId::kSerial:
+        return serial();
+      case BlockId::kPlant:
+      case BlockId::kHand:
+      case BlockId::kWall:
+      case BlockId::kFriction:
+      case BlockId::kPlantWeight:
+        return world(block);
+      default:
+        return {};  // costs nothing of its own: it is a value in another block
+    }
+  }
+
+  static AxisModel without_known(AxisModel model) {
+    model.gravity = model.coulomb = 0;
+    return model;
+  }
+  static void through_rtob(const Inputs& in, Rtob<1>& rtob) {
+    for (const StationSample& row : in.rows)
+      keep(rtob.step(Joints<1>(row.command_nm), Joints<1>(row.x_rad), Joints<1>(row.v_rad_s)));
+  }
+  static Cost rtob(const Inputs& in, const AxisModel& model, double dt_s) {
+    Rtob<1> rtob(model, Cutoff::rad_s(200.0), dt_s);
+    return measure(in.rows.size(), [&] { through_rtob(in, rtob); });
+  }
+  Cost part_of_rtob(const Inputs& in, const DriveParams& d, BlockId id) const {
+    AxisModel less = d.model;
+    (id == BlockId::kWeight ? less.gravity : less.coulomb) = 0;
+    Rtob<1> with(d.model, d.g_reac, dt_s_), without(less, d.g_reac, dt_s_);
+    return difference(
+        in.rows.size(), [&] { through_rtob(in, with); }, [&] { through_rtob(in, without); });
+  }
+
+  Cost receiver(const Inputs& in, const StationParams& p) const {
+    return measure(in.rows.size(), [&] {
+      Receiver<1> receiver(p.receive, p.session);
+      auto next = in.arrivals.begin();
+      for (const StationSample& row : in.rows) {
+        const Nanoseconds now = from_seconds(row.t_s);
+        for (; next != in.arrivals.end() && next->at <= now; ++next) receiver.accept(next->packet, next->at);
+        keep(receiver.play(now));
+      }
+    });
+  }
+
+  template <class S>
+  Cost station(const Inputs& in) const {
+    return measure(in.rows.size(), [&] {
+      Station<S> station(params(in));
+      auto next = in.arrivals.begin();
+      int act = 0;
+      for (const StationSample& row : in.rows) {
+        const Nanoseconds now = from_seconds(row.t_s);
+        for (; next != in.arrivals.end() && next->at <= now; ++next) station.receive(next->packet, next->at);
+        const bool engage =
+            in.master && act < scene_.operator_acts_size() && scene_.operator_acts(act).at_s() <= row.t_s;
+        if (engage) ++act;
+        keep(station.tick(now, sensed_in<S>(row), engage ? OperatorAct::kEngage : OperatorAct::kNone));
+      }
+    });
+  }
+
+  Cost codec() const {
+    PacketCodec<1> codec;
+    return measure(slave_.arrivals.size(), [&] {
+      Packet<1> decoded;
+      for (const Arrival& arrival : slave_.arrivals) {
+        keep(codec.decode(codec.encode(arrival.packet), decoded));
+        keep(decoded);
+      }
+    });
+  }
+
+  Cost link() const {
+    const scene::Path& path = scene_.network().forward();
+    const std::array<std::byte, PacketCodec<1>::kSize> bytes{};
+    return measure(master_.rows.size(), [&] {
+      LinkModel model(link_params(path), scene_.seed(), LinkDirection::kForward);
+      PendingDatagrams way(static_cast<std::size_t>((path.delay_s() + 10 * path.jitter_s()) / dt_s_) + 16);
+      for (const StationSample& row : master_.rows) {
+        const Nanoseconds now = from_seconds(row.t_s);
+        while (!way.empty() && way.due() <= now) keep(way.pop());
+        const LinkModel::Fate fate = model.offer(now);
+        if (!fate.lost) way.push(now + fate.delay, bytes);
+      }
+    });
+  }
+
+  Cost mcu() const {
+    const OrthosisEmulator::Params p = emulator_params(scene_);
+    const mcu::McuParams fixed = mcu::make_mcu_params(p.mcu);
+    const double loops = p.mcu.loop_hz * dt_s_, unit = mcu::encoder_unit_rad(p.world.actuator.joint_counts_per_rev);
+    return measure(slave_.rows.size(), [&] {
+      mcu::OrthosisMcu core(fixed);
+      double due = 0;
+      for (const StationSample& row : slave_.rows) {
+        const auto counts = static_cast<std::int32_t>(std::lround(row.x_rad / unit));
+        for (due += loops; due >= 1; due -= 1) keep(core.step({counts, counts + 20, 25, false}));
+      }
+    });
+  }
+
+  // A command there and telemetry back, encoded, carried byte by byte and decoded.
+  Cost serial() const {
+    return measure(slave_.rows.size(), [&] {
+      SerialLine there(scene_.slave().series_elastic().serial_one_way_s()), back(there);
+      mcu::FrameDecoder at_mcu, at_pc;
+      std::uint8_t wire[mcu::kWireBytes], byte = 0, seq = 0;
+      for (std::size_t k = 0; k < slave_.rows.size(); ++k) {
+        const Nanoseconds now = from_seconds(slave_.rows[k].t_s);
+        const StationSample& row = slave_.rows[k];
+        mcu::encode(mcu::make_command(mcu::Mode::kTrack, seq++ & 15, row.target_x_rad, row.v_rad_s, row.f_nm), wire);
+        there.send(wire, mcu::kWireBytes, now);
+        while (there.receive(now, byte)) {
+          if (at_mcu.push(byte)) keep(mcu::unpack_command(at_mcu.payload()));
+        }
+        back.send(wire, mcu::kWireBytes, now);
+        while (back.receive(now, byte)) {
+          if (at_pc.push(byte)) keep(mcu::unpack_telemetry(at_pc.payload()));
+        }
+      }
+    });
+  }
+
+  // One second of every ten is enough for what takes microseconds.
+  template <class World>
+  void through_world(const Inputs& in, World world, bool torque) const {
+    const std::size_t ticks = std::min<std::size_t>(in.rows.size(), kWorldTicks);
+    const std::size_t from = in.rows.size() - ticks;
+    for (std::size_t k = from; k < in.rows.size(); ++k) {
+      const StationSample& row = in.rows[k];
+      world.advance(torque ? row.command_nm : row.true_v_rad_s, row.t_s, row.t_s + dt_s_);
+      keep(world);
+    }
+  }
+  template <class World, class Params>
+  Cost world_cost(const Inputs& in, const Params& whole, const Params& less, bool part, bool torque) const {
+    const std::size_t ticks = std::min<std::size_t>(in.rows.size(), kWorldTicks);
+    const auto with = [&] { through_world(in, World(whole), torque); };
+    if (!part) return measure(ticks, with);
+    return difference(ticks, with, [&] { through_world(in, World(less), torque); });
+  }
+
+  Cost world(const Block& block) const {
+    const bool part = block.id != BlockId::kPlant;
+    if (block.place == Place::kWorldMaster) {
+      MasterWorld::Params whole = master_world_params(scene_);
+      whole.start = master_.rows.back().x_rad;
+      MasterWorld::Params less = whole;
+      less.motor.gravity = 0;
+      return world_cost<MasterWorld>(master_, whole, less, part, true);
+    }
+    const auto leave_out = [&](auto& p) {
+      if (block.id == BlockId::kHand) p.environment.hand.reset();
+      if (block.id == BlockId::kWall) p.environment.wall.reset();
+    };
+    if (elastic()) {
+      SeriesElasticWorld::Params whole = series_elastic_world_params(scene_);
+      whole.start = slave_.rows.back().x_rad;
+      SeriesElasticWorld::Params less = whole;
+      leave_out(less);
+      if (block.id == BlockId::kFriction) less.actuator.tendon.F_c = 0;
+      return world_cost<SeriesElasticWorld>(slave_, whole, less, part, false);
+    }
+    DirectSlaveWorld::Params whole = direct_slave_world_params(scene_);
+    whole.start = slave_.rows.back().x_rad;
+    DirectSlaveWorld::Params less = whole;
+    leave_out(less);
+    if (block.id == BlockId::kPlantWeight) less.motor.gravity = 0;
+    return world_cost<DirectSlaveWorld>(slave_, whole, less, part, true);
+  }
+
+  void whole(Explanation& to) const;
+
+  static constexpr std::size_t kWorldTicks = 2000;
+  const scene::Scene& scene_;
+  Session session_;
+  Inputs master_, slave_;
+  double dt_s_;
+};
+
+// A side with a stop watch around its tick.
+class Timed final : public Side {
+ public:
+  explicit Timed(std::unique_ptr<Side> side) : side_(std::move(side)) {}
+  Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act, int ticks) noexcept override {
+    const Clock::time_point start = Clock::now();
+    const Packet<1> packet = side_->tick(now, t_s, act, ticks);
+    ns = ns_since(start);
+    return packet;
+  }
+  Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return side_->receive(packet, now); }
+  const TickTrace<1>& trace() const noexcept override { return side_->trace(); }
+  const Receiver<1>& receiver() const noexcept override { return side_->receiver(); }
+  Truth truth() const noexcept override { return side_->truth(); }
+  SerialCounters serial_counters() const noexcept override { return side_->serial_counters(); }
+  bool device_valid() const noexcept override { return side_->device_valid(); }
+
+  double ns = 0;  // of the last tick
+
+ private:
+  std::unique_ptr<Side> side_;
+};
+
+// Of each 1000 ticks the median, which an interruption does not move.
+class Batches final : public Witness {
+ public:
+  Batches(const Timed& master, const Timed& slave, double watch_ns) : timed_{&master, &slave}, watch_ns_(watch_ns) {}
+  void ticked(bool master, const Side&, double, OperatorAct) override {
+    const int side = master ? 0 : 1;
+    ticks_[side].push_back(timed_[side]->ns - watch_ns_);
+    if (ticks_[side].size() < kTicks) return;
+    medians[side].push_back(summary(std::exchange(ticks_[side], {})).ns_per_tick);
+  }
+  std::vector<double> medians[2];
+
+ private:
+  static constexpr std::size_t kTicks = 1000;
+  const Timed* timed_[2];
+  double watch_ns_;
+  std::vector<double> ticks_[2];
+};
+
+// Keeps nothing.
+struct Blind final : Witness {
+  void ticked(bool, const Side&, double, OperatorAct) override {}
+};
+
+void Meter::whole(Explanation& to) const {
+  const double watch_ns = measure(1000, [] {
+                            for (int k = 0; k < 1000; ++k) keep(Clock::now());
+                          }).ns_per_tick;
+  Sides plain = make_sides(scene_);
+  auto master = std::make_unique<Timed>(std::move(plain.master)),
+       slave = std::make_unique<Timed>(std::move(plain.slave));
+  Batches batches(*master, *slave, watch_ns);
+  const Sides sides{std::move(master), std::move(slave)};
+  LoadedScene loaded;
+  loaded.scene = scene_;
+  simulate(loaded, sides, batches);
+  if (!batches.medians[0].empty()) to.master_side = summary(batches.medians[0]);
+  if (!batches.medians[1].empty()) to.slave_side = summary(batches.medians[1]);
+
+  loaded.scene.set_duration_s(std::min(scene_.duration_s(), 3.0));
+  std::vector<double> runs;
+  for (int k = 0; k < 5; ++k) {
+    const Sides again = make_sides(scene_);
+    Blind blind;
+    const double start = thread_ns();
+    const RunCounters counters = simulate(loaded, again, blind);
+    runs.push_back((thread_ns() - start) / static_cast<double>(counters.master.ticks));
+  }
+  to.run = summary(runs);
+}
+
+template <template <class> class Scene, class Drive, class Axis>
+void station_sizes(std::size_t& station, std::size_t& side) {
+  station = sizeof(Station<Scene<Drive>>);
+  side = sizeof(SideOf<Scene, Axis>);
+}
+
+std::size_t size_of(const Block& block) {
+  switch (block.id) {
+    case BlockId::kVelocity:
+      return sizeof(Derivative<1>);
+    case BlockId::kDob:
+      return sizeof(Dob<1>);
+    case BlockId::kRtob:
+      return sizeof(Rtob<1>);
+    case BlockId::kLaw:
+      return sizeof(FourChannelGains);
+    case BlockId::kCdob:
+      return sizeof(Cdob<1>);
+    case BlockId::kSdcv:
+      return sizeof(Sdcv<1>);
+    case BlockId::kTorqueGate:
+      return sizeof(TorqueGate<1>);
+    case BlockId::kReferenceGate:
+      return sizeof(ReferenceGate<1>);
+    case BlockId::kBlend:
+      return sizeof(Blend<1>);
+    case BlockId::kEngagement:
+      return sizeof(Engagement);
+    case BlockId::kReceiver:
+      return sizeof(Receiver<1>);
+    case BlockId::kCodec:
+      return sizeof(PacketCodec<1>);
+    case BlockId::kDelay:
+      return sizeof(LinkModel) + sizeof(PendingDatagrams);
+    case BlockId::kSerial:
+      return 2 * sizeof(SerialLine) + 2 * sizeof(mcu::FrameDecoder);
+    case BlockId::kMcu:
+      return sizeof(mcu::OrthosisMcu);
+    case BlockId::kHand:
+      return sizeof(Hand);
+    case BlockId::kWall:
+      return sizeof(Wall);
+    default:
+      return 0;
+  }
+}
+
+}  // namespace
+
+void add_sizes(const scene::Scene& scene, Explanation& to) {
+  const bool elastic = scene.slave().device() == scene::SERIES_ELASTIC;
+  for (Block& block : to.blocks) {
+    if (!block.contained) continue;
+    block.bytes = size_of(block);
+    if (block.id == BlockId::kPlant) {
+      block.bytes = block.place == Place::kWorldMaster ? sizeof(MasterWorld)
+                    : elastic                          ? sizeof(SeriesElasticWorld)
+                                                       : sizeof(DirectSlaveWorld);
+    }
+  }
+  using OnMotor = SimulatedAxis<MasterWorld>;
+  if (scene.architecture() == scene::FOUR_CHANNEL) {
+    station_sizes<FourChannel, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
+  } else if (scene.architecture() == scene::FOUR_CHANNEL_CDOB) {
+    station_sizes<FourChannelCdob, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
+  } else {
+    station_sizes<FourChannelCdobSdcv, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
+  }
+  if (elastic) {
+    to.slave_station_bytes = sizeof(Station<FourChannel<Referenced>>);
+    to.slave_side_bytes = to.slave_station_bytes + sizeof(OrthosisOnSerial);
+  } else {
+    station_sizes<FourChannel, Direct, SimulatedAxis<DirectSlaveWorld>>(to.slave_station_bytes, to.slave_side_bytes);
+  }
+}
+
+void add_costs(const LoadedScene& loaded, Explanation& explanation) {
+  LoadedScene part = loaded;  // contact in every shipped scene that has one; short enough to wait for
+  part.scene.set_duration_s(std::min(part.scene.duration_s(), 14.0));
+  Meter(part).add(explanation);
+}
+
+}  // namespace farhand
