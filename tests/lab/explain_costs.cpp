@@ -14,6 +14,7 @@
 #include "netem/link_params.hpp"
 #include "netem/pending.hpp"
 #include "slave/emulator_params.hpp"
+#include "tests/bench/station_inputs.hpp"
 #include "tests/lab/emulated_slave.hpp"
 #include "tests/lab/simulation.hpp"
 
@@ -76,11 +77,6 @@ Cost difference(std::size_t ticks, With&& with, Without&& without) {
 
 Motion<1> motion(double x, double v, double f) { return {Joints<1>(x), Joints<1>(v), Joints<1>(f)}; }
 
-struct Arrival {
-  Nanoseconds at;
-  Packet<1> packet;
-};
-
 // What one side saw in the scene's own run.
 struct Inputs {
   bool master;
@@ -92,27 +88,6 @@ struct Inputs {
     return motion(rows[k].remote_x_rad, rows[k].remote_v_rad_s, rows[k].remote_f_nm);
   }
 };
-
-// The packets of the peer in the order in which they came.
-std::vector<Arrival> arrivals_of(const Session& session, bool to_master) {
-  std::vector<Arrival> arrivals;
-  const std::vector<StationSample>& from = to_master ? session.slave : session.master;
-  std::size_t k = 0;
-  for (const LinkSample& sent : session.link) {
-    if (sent.forward == to_master) continue;
-    const StationSample& row = from[k++];
-    if (sent.lost) continue;
-    Packet<1> packet;
-    packet.session = 7;
-    packet.seq = static_cast<std::uint32_t>(k);
-    packet.send_time_ns = from_seconds(sent.t_s);
-    packet.state = static_cast<StationState>(row.state);
-    packet.motion = motion(row.x_rad, row.v_rad_s, row.f_nm);
-    arrivals.push_back({from_seconds(sent.t_s + sent.achieved_delay_s), packet});
-  }
-  std::stable_sort(arrivals.begin(), arrivals.end(), [](const Arrival& a, const Arrival& b) { return a.at < b.at; });
-  return arrivals;
-}
 
 template <class S>
 typename S::Drive::Sensed sensed_in(const StationSample& row) {

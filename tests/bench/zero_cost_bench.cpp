@@ -1,0 +1,180 @@
+// What a scene leaves out costs nothing: each whole without a block beside one that never had a place for it, written
+// by hand. The two are run in turn, in changing order, and each pair gives one ratio, so that a machine that gets
+// slower in the middle slows both. Time is that of the thread: what others do meanwhile is not in it.
+//
+// Objects begin at a cache line, because one that happens to straddle two can cost more than any block.
+//
+//   never_ns, without_ns: per tick, medians; ratio: median of the pairs, and its quartiles
+#include <benchmark/benchmark.h>
+
+#include <ctime>
+
+#include "common/config/load.hpp"
+#include "common/config/station_params.hpp"
+#include "common/scene/station.hpp"
+#include "tests/bench/cut_station.hpp"
+#include "tests/bench/station_inputs.hpp"
+#include "tests/lab/simulation.hpp"
+
+namespace farhand {
+namespace {
+
+double thread_ns() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
+}
+
+template <class Work>
+double time_of(Work&& work) {
+  const double start = thread_ns();
+  work();
+  return thread_ns() - start;
+}
+
+double quantile(std::vector<double> values, double q) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+template <class Without, class Never>
+void compare(benchmark::State& state, std::size_t ticks, Without&& without, Never&& never) {
+  without();
+  never();
+  std::vector<double> with_ns, never_ns, ratios;
+  for (auto _ : state) {
+    double a = 0, b = 0;
+    if (ratios.size() % 2 == 0) {
+      a = time_of(without);
+      b = time_of(never);
+    } else {
+      b = time_of(never);
+      a = time_of(without);
+    }
+    with_ns.push_back(a / static_cast<double>(ticks));
+    never_ns.push_back(b / static_cast<double>(ticks));
+    ratios.push_back(a / b);
+    state.SetIterationTime((a + b) * 1e-9);
+  }
+  state.counters["without_ns"] = quantile(with_ns, 0.5);
+  state.counters["never_ns"] = quantile(never_ns, 0.5);
+  state.counters["ratio"] = quantile(ratios, 0.5);
+  state.counters["ratio_q1"] = quantile(ratios, 0.25);
+  state.counters["ratio_q3"] = quantile(ratios, 0.75);
+}
+
+constexpr int kPairs = 101;
+
+struct Recorded {
+  LoadedScene loaded = load_scene("zero_delay", std::vector<std::string>{"windows={}", "duration_s=4"});
+  Session session = simulate(loaded);
+  std::vector<Arrival> arrivals = arrivals_of(session, true);
+  StationParams params = master_station_params(loaded.scene, kMasterSession);
+};
+
+const Recorded& recorded() {
+  static const Recorded all;
+  return all;
+}
+
+OperatorAct act_at(const StationSample& row) { return row.t_s == 0.2 ? OperatorAct::kEngage : OperatorAct::kNone; }
+
+template <class S>
+void run_whole(Station<S>& station) {
+  through(station, recorded().session.master, recorded().arrivals, [&](Nanoseconds now, const StationSample& row) {
+    typename S::Drive::Sensed sensed;
+    sensed.x[0] = row.x_rad;
+    benchmark::DoNotOptimize(station.tick(now, sensed, act_at(row)));
+  });
+}
+
+// Plain four channels among the architectures, beside a station that knows no other.
+void station_without_cdob_sdcv_weight_friction(benchmark::State& state) {
+  const Recorded& r = recorded();
+  compare(
+      state, r.session.master.size(),
+      [&] {
+        alignas(64) Station<FourChannel<DirectDrive<1>>> station(r.params);
+        run_whole(station);
+      },
+      [&] {
+        alignas(64) cut::Station station(cut::params_of(r.params));
+        through(station, r.session.master, r.arrivals, [&](Nanoseconds now, const StationSample& row) {
+          benchmark::DoNotOptimize(station.tick(now, Joints<1>(row.x_rad), true, act_at(row), 1));
+        });
+      });
+}
+BENCHMARK(station_without_cdob_sdcv_weight_friction)->Iterations(kPairs)->UseManualTime();
+
+// The same comparison where there is something to see: what the two compensations cost when they are there.
+template <template <class> class Scene>
+void station_with(benchmark::State& state) {
+  const Recorded& r = recorded();
+  compare(
+      state, r.session.master.size(),
+      [&] {
+        alignas(64) Station<Scene<DirectDrive<1>>> station(r.params);
+        run_whole(station);
+      },
+      [&] {
+        alignas(64) Station<FourChannel<DirectDrive<1>>> station(r.params);
+        run_whole(station);
+      });
+}
+BENCHMARK(station_with<FourChannelCdob>)->Iterations(kPairs)->UseManualTime();
+BENCHMARK(station_with<FourChannelCdobSdcv>)->Iterations(kPairs)->UseManualTime();
+
+// An observer that knows of neither weight nor dry friction, beside one that never could.
+void rtob_without_weight_and_friction(benchmark::State& state) {
+  const Recorded& r = recorded();
+  const AxisModel model = r.params.scene.drive.model;
+  alignas(64) Rtob<1> without(model, Cutoff::rad_s(200.0), 1e-3);
+  alignas(64) cut::Rtob never(model, Cutoff::rad_s(200.0), 1e-3);
+  const auto each = [&](auto&& step) {
+    for (const StationSample& row : r.session.master)
+      benchmark::DoNotOptimize(step(Joints<1>(row.command_nm), Joints<1>(row.x_rad), Joints<1>(row.v_rad_s)));
+  };
+  compare(
+      state, r.session.master.size(),
+      [&] { each([&](const auto& tau, const auto& x, const auto& v) { return without.step(tau, x, v); }); },
+      [&] { each([&](const auto& tau, const auto&, const auto& v) { return never.step(tau, v); }); });
+}
+BENCHMARK(rtob_without_weight_and_friction)->Iterations(kPairs)->UseManualTime();
+
+struct Blind final : Witness {
+  void ticked(bool, const Side&, double, OperatorAct) override {}
+};
+
+// The whole lab with nobody watching, beside a loop of the same pieces that nobody can watch.
+void run_without_recording(benchmark::State& state) {
+  const Recorded& r = recorded();
+  compare(
+      state, r.session.master.size(),
+      [&] {
+        Blind blind;
+        simulate(r.loaded, make_sides(r.loaded.scene), blind);
+      },
+      [&] {
+        const Sides sides = make_sides(r.loaded.scene);
+        PacketCodec<1> codec;
+        std::array<Packet<1>, 2> sent{};
+        Packet<1> packet;
+        const Nanoseconds dt = from_seconds(r.loaded.scene.tick_s());
+        for (std::size_t k = 0; k < r.session.master.size(); ++k) {
+          const Nanoseconds t = static_cast<Nanoseconds>(k) * dt;
+          for (const bool to_master : {false, true}) {
+            if (k == 0) break;
+            benchmark::DoNotOptimize(codec.decode(codec.encode(sent[to_master]), packet));
+            (to_master ? sides.master : sides.slave)->receive(packet, t - dt);
+          }
+          const double t_s = to_seconds(t);
+          sent[0] = sides.master->tick(t, t_s, act_at(r.session.master[k]), 1);
+          sent[1] = sides.slave->tick(t, t_s, OperatorAct::kNone, 1);
+        }
+      });
+}
+BENCHMARK(run_without_recording)->Iterations(kPairs)->UseManualTime();
+
+}  // namespace
+}  // namespace farhand
