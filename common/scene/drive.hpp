@@ -64,8 +64,10 @@ class DirectDrive {
   // After observe() of the same tick. Not driven, gravity is compensated and nothing else.
   Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {
     authority_ = std::clamp(authority_ + (driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
-    const Joints<N>& idle = rtob_.gravity_load();
     const Joints<N> wish = model_.J_n * four_channel(K_, local, target) + dob_.value();
+    // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.
+    if (model_.gravity == 0.0) return {gate_.pass(authority_ * wish, local.x)};
+    const Joints<N>& idle = rtob_.gravity_load();
     return {gate_.pass(idle + authority_ * (wish - idle), local.x)};
   }
 
