@@ -78,8 +78,8 @@ void expect_nothing_grows(const std::vector<Stretch>& all, double stretch_s, std
     EXPECT_LE(s.tracking_peak_rad, 1.2 * first.tracking_peak_rad) << k;
     EXPECT_NEAR(s.force_error_rms_nm, first.force_error_rms_nm, 0.02 * first.force_error_rms_nm) << k;
     EXPECT_LE(s.force_error_peak_nm, 1.2 * first.force_error_peak_nm) << k;
-    EXPECT_LE(std::fabs(s.energy_residual_master_j), 1e-6 * s.energy_exchanged_j) << k;
-    EXPECT_LE(std::fabs(s.energy_residual_slave_j), 1e-6 * s.energy_exchanged_j) << k;
+    EXPECT_LE(std::fabs(s.energy_residual_master_j), 1e-10 * s.energy_exchanged_j) << k;
+    EXPECT_LE(std::fabs(s.energy_residual_slave_j), 1e-10 * s.energy_exchanged_j) << k;
     EXPECT_EQ(s.not_finite, 0u);
     resident_max = std::max(resident_max, s.resident_bytes);
   }

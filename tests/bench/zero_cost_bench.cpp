@@ -11,6 +11,11 @@
 
 #include "common/config/load.hpp"
 #include "common/config/station_params.hpp"
+#include "common/config/world_params.hpp"
+#include "common/integrate/closed_form.hpp"
+#include "common/integrate/integrator.hpp"
+#include "common/integrate/rk4.hpp"
+#include "common/plant/axis_plant.hpp"
 #include "common/scene/station.hpp"
 #include "tests/bench/cut_station.hpp"
 #include "tests/bench/station_inputs.hpp"
@@ -175,6 +180,68 @@ void run_without_recording(benchmark::State& state) {
       });
 }
 BENCHMARK(run_without_recording)->Iterations(kPairs)->UseManualTime();
+
+// What a device touches that never had a hand nor a wall to touch.
+struct Nothing {
+  struct Params {};
+  struct Truth {};
+  static constexpr std::size_t kGuards = 0;
+  explicit Nothing(const Params&, double = 0) {}
+  Mode mode_at(double, double, double, double = 0) const noexcept { return 0; }
+  double reaction(Mode, double, double, double) const noexcept { return 0.0; }
+  double reaction_rate(Mode, double) const noexcept { return 0.0; }
+  double stiffness(Mode) const noexcept { return 0.0; }
+  double damping(Mode) const noexcept { return 0.0; }
+  std::array<double, 0> guards(Mode, double, double) const noexcept { return {}; }
+  template <class T, std::size_t S>
+  std::array<AffineGuard<T, S>, 0> guard_forms(Mode) const noexcept {
+    return {};
+  }
+  static constexpr Mode bit(std::size_t) noexcept { return 0; }
+  double next_break(double) const noexcept { return std::numeric_limits<double>::infinity(); }
+  double inertia() const noexcept { return 0.0; }
+  template <class T>
+  T fixed_torque(Mode) const noexcept {
+    return 0;
+  }
+  template <class T>
+  Forcing<T> forcing(double t) const noexcept {
+    return {.begin = T(t), .polynomial = {}, .omega = 0, .sine = 0, .cosine = 0};
+  }
+  double stored_energy(double, double, double) const noexcept { return 0.0; }
+  PowerFlow power(Mode, double, double, double) const noexcept { return {}; }
+  Truth truth(double) const noexcept { return {}; }
+  Mode everything() const noexcept { return 0; }
+};
+
+// Swings a free device to and fro for some seconds.
+template <class P, template <class> class Solver>
+void swing(const MotorAxis::Params& motor) {
+  typename P::Params params;
+  params.motor = motor;
+  alignas(64) P plant(params);
+  alignas(64) Solver<P> solver(IntegratorSettings{});
+  solver.start(plant, 0.0, plant.start());
+  for (int k = 1; k <= 4000; ++k) {
+    plant.hold(0.02 * std::cos(0.01 * k));
+    solver.advance(plant, 1e-3 * k);
+    benchmark::DoNotOptimize(solver);
+  }
+}
+template <class P>
+using Exact = ClosedForm<P>;
+template <class P>
+using Stepped = Integrator<Rk4, P>;
+
+template <template <class> class Solver>
+void plant_without_hand_and_wall(benchmark::State& state) {
+  const MotorAxis::Params motor = direct_slave_world_params(recorded().loaded.scene).motor;
+  compare(
+      state, 4000, [&] { swing<AxisPlant<Environment, Friction::kNone>, Solver>(motor); },
+      [&] { swing<AxisPlant<Nothing, Friction::kNone>, Solver>(motor); });
+}
+BENCHMARK(plant_without_hand_and_wall<Exact>)->Iterations(kPairs)->UseManualTime();
+BENCHMARK(plant_without_hand_and_wall<Stepped>)->Iterations(kPairs)->UseManualTime();
 
 }  // namespace
 }  // namespace farhand

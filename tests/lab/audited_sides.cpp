@@ -16,14 +16,13 @@ class AuditedAxis {
  public:
   using Drive = DirectDrive<1>;
 
-  AuditedAxis(const typename World::Params& params, EnergyBalance& balance)
-      : world_(params), audit_(params.step), balance_(balance) {}
+  AuditedAxis(const typename World::Params& params, const WorldNumerics& numerics, EnergyBalance& balance)
+      : world_(params, numerics), audit_(params, numerics), balance_(balance) {}
 
   Drive::Sensed read(double t_s) noexcept {
     if (t_s > t_s_) {
-      audit_.before(world_);
       world_.advance(torque_, t_s_, t_s);
-      audit_.after(world_, t_s_, t_s, balance_);
+      audit_.add(world_, torque_, t_s_, t_s, balance_);
       t_s_ = t_s;
     }
     Drive::Sensed sensed;
@@ -31,7 +30,10 @@ class AuditedAxis {
     return sensed;
   }
   void write(const Drive::Command& command, double /*t_s*/) noexcept { torque_ = command.torque[0]; }
-  Truth truth() const noexcept { return {world_.true_x(), world_.true_v(), world_.true_f()}; }
+  Truth truth() const noexcept {
+    const auto truth = world_.truth();
+    return {truth.x, truth.v, truth.f};
+  }
 
  private:
   World world_;
@@ -45,17 +47,17 @@ class AuditedPort {
  public:
   AuditedPort(const scene::Scene& scene, EnergyBalance& balance)
       : orthosis_(emulator_params(scene), scene.slave().series_elastic().serial_one_way_s()),
-        audit_(scene.world().step_s()),
+        audit_(series_elastic_world_params(scene), world_numerics(scene)),
         balance_(balance),
         loop_s_(1.0 / scene.slave().mcu().loop_hz()) {}
 
   std::size_t read(std::span<std::uint8_t> bytes, double t_s) noexcept {
     const Nanoseconds now = from_seconds(t_s);
-    for (; orthosis_.emulator().next_tick() <= now; ++loops_) {
-      const SeriesElasticWorld& world = orthosis_.emulator().world();
-      audit_.before(world);
-      orthosis_.advance(orthosis_.emulator().next_tick());
-      if (loops_ > 0) audit_.after(world, loop_s_ * (loops_ - 1), loop_s_ * loops_, balance_);
+    const OrthosisEmulator& emulator = orthosis_.emulator();
+    for (; emulator.next_tick() <= now; ++loops_) {
+      const double held = mcu::to_rad_s(emulator.output().motor_velocity);
+      orthosis_.advance(emulator.next_tick());
+      if (loops_ > 0) audit_.add(emulator.world(), held, loop_s_ * (loops_ - 1), loop_s_ * loops_, balance_);
     }
     std::size_t count = 0;
     while (count < bytes.size() && orthosis_.receive(now, bytes[count])) ++count;
@@ -67,8 +69,8 @@ class AuditedPort {
   }
   bool lost() noexcept { return false; }
   Truth truth() const noexcept {
-    const SeriesElasticWorld& world = orthosis_.emulator().world();
-    return {world.true_x(), world.true_v(), world.true_f()};
+    const auto truth = orthosis_.emulator().world().truth();
+    return {truth.x, truth.v, truth.f};
   }
 
  private:
@@ -80,8 +82,8 @@ class AuditedPort {
 
 template <template <class> class Scene>
 std::unique_ptr<Side> master(const scene::Scene& scene, EnergyBalance& balance) {
-  return std::make_unique<SideOf<Scene, AuditedAxis<MasterWorld>>>(master_station_params(scene, kMasterSession),
-                                                                   master_world_params(scene), balance);
+  return std::make_unique<SideOf<Scene, AuditedAxis<MasterWorld>>>(
+      master_station_params(scene, kMasterSession), master_world_params(scene), world_numerics(scene), balance);
 }
 
 }  // namespace
@@ -97,7 +99,7 @@ Sides make_audited_sides(const scene::Scene& scene, Balances& balances) {
     sides.slave = std::make_unique<SideOf<FourChannel, McuAxis<AuditedPort>>>(params, scene, balances.slave);
   } else {
     sides.slave = std::make_unique<SideOf<FourChannel, AuditedAxis<DirectSlaveWorld>>>(
-        params, direct_slave_world_params(scene), balances.slave);
+        params, direct_slave_world_params(scene), world_numerics(scene), balances.slave);
   }
   return sides;
 }

@@ -1,11 +1,11 @@
 // Does the energy of a simulated world balance? What drive and intention put in, less what was lost, must be found in
-// what is stored. The audit integrates the power itself, along a motion of its own that starts where the world was and
-// is redone in each interval, so that it does not share the steps of what it judges.
+// what is stored. A second world that gets the same inputs in shorter pieces tells the power in between, so that the
+// audit does not share the steps of what it judges.
 #pragma once
 
 #include <cmath>
 
-#include "common/integrate/rk4.hpp"
+#include "common/plant/world.hpp"
 
 namespace farhand {
 
@@ -15,39 +15,39 @@ struct EnergyBalance {
   double exchanged_j = 0;       // sum of |supplied| and dissipated: the measure for the residual
 };
 
-// World: derivative(t, state) under the input held last, stored_energy(t, state), power(t, state).
 template <class World>
 class EnergyAudit {
  public:
-  explicit EnergyAudit(double max_step_s) : max_step_s_(max_step_s) {}
+  EnergyAudit(const typename World::Params& params, const WorldNumerics& numerics)
+      : second_(params, numerics), stored_(second_.stored_energy()) {}
 
-  // Before the world moves, and after it moved from t0_s to t1_s under one held input.
-  void before(const World& world) noexcept { x_ = world.state(); }
-  void after(const World& world, double t0_s, double t1_s, EnergyBalance& balance) noexcept {
+  // After the world was advanced from t0_s to t1_s under the input.
+  void add(const World& world, double input, double t0_s, double t1_s, EnergyBalance& balance) noexcept {
     // Gauss & Legendre with three nodes, all of them inside: at its ends an interval may meet an intended motion that
     // changes its velocity at once. Order 6.
-    constexpr double kNode = 0.7745966692414834, kOuter = 5.0 / 18.0, kMiddle = 4.0 / 9.0;
-    const double h = t1_s - t0_s, at[] = {0.5 - 0.5 * kNode, 0.5, 0.5 + 0.5 * kNode},
-                 weight[] = {kOuter, kMiddle, kOuter};
-    const double stored = world.stored_energy(t0_s, x_);
-    double supplied = 0, exchanged = 0, dissipated = 0, t = t0_s;
+    constexpr double kNode = 0.7745966692414834, kAt[] = {0.5 - 0.5 * kNode, 0.5, 0.5 + 0.5 * kNode};
+    constexpr double kWeight[] = {5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0};
+    const double h = t1_s - t0_s;
+    double supplied = 0, dissipated = 0, exchanged = 0, t = t0_s;
     for (int i = 0; i < 3; ++i) {
-      rk4_advance(world, x_, t, t0_s + at[i] * h, max_step_s_);
-      t = t0_s + at[i] * h;
-      const auto flow = world.power(t, x_);
-      supplied += weight[i] * h * flow.supplied;
-      dissipated += weight[i] * h * flow.dissipated;
-      exchanged += weight[i] * h * (std::fabs(flow.supplied) + flow.dissipated);
+      second_.advance(input, t, t0_s + kAt[i] * h);
+      t = t0_s + kAt[i] * h;
+      const PowerFlow flow = second_.power();
+      supplied += kWeight[i] * h * flow.supplied;
+      dissipated += kWeight[i] * h * flow.dissipated;
+      exchanged += kWeight[i] * h * (std::fabs(flow.supplied) + flow.dissipated);
     }
-    const double residual = world.stored_energy(t1_s, world.state()) - stored - supplied + dissipated;
+    second_.advance(input, t, t1_s);
+    const double stored = world.stored_energy(), residual = stored - stored_ - supplied + dissipated;
+    stored_ = stored;
     balance.residual_j += residual;
     balance.worst_interval_j = std::fmax(balance.worst_interval_j, std::fabs(residual));
     balance.exchanged_j += exchanged;
   }
 
  private:
-  typename World::State x_{};
-  double max_step_s_;
+  World second_;
+  double stored_;
 };
 
 }  // namespace farhand

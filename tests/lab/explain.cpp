@@ -223,12 +223,16 @@ class Builder {
     has(Place::kWorldMaster, BlockId::kPlant, "motor and therapist",
         say("J + J_h = ", m.j_kgm2() + s_.master().therapist().j_h_kgm2(), " kg m2"));
     weight(Place::kWorldMaster, m.gravity_nm());
+    friction(Place::kWorldMaster, m);
     if (f_.elastic) {
       const scene::SeriesElastic& e = s_.slave().series_elastic();
       has(Place::kWorldSlave, BlockId::kPlant, "orthosis", say("joint of ", e.j_joint_kgm2(), " kg m2"));
       has(Place::kWorldSlave, BlockId::kSpring, "series spring",
           say("slave.device = SERIES_ELASTIC: ", e.spring_nm_per_rad(), " N m/rad between motor and joint"));
-      if (e.tendon_friction_nm() > 0) {
+      if (e.has_tendon_lugre()) {
+        has(Place::kWorldSlave, BlockId::kFriction, "bristle of the tendons",
+            say("tendon_lugre of ", e.tendon_lugre().sigma_0_nm_per_rad(), " N m/rad"));
+      } else if (e.tendon_friction_nm() > 0) {
         has(Place::kWorldSlave, BlockId::kFriction, "bristle of the tendons",
             say("tendon_friction_nm = ", e.tendon_friction_nm()));
       } else {
@@ -238,11 +242,23 @@ class Builder {
     } else {
       has(Place::kWorldSlave, BlockId::kPlant, "motor", say("J = ", n.j_kgm2(), " kg m2"));
       lacks(Place::kWorldSlave, BlockId::kSpring, "series spring", "slave.device = DIRECT_DRIVE: rigid");
-      lacks(Place::kWorldSlave, BlockId::kFriction, "bristle of the tendons",
-            "slave.device = DIRECT_DRIVE: no tendons");
+      friction(Place::kWorldSlave, n);
       weight(Place::kWorldSlave, n.gravity_nm());
     }
     environment();
+  }
+
+  void friction(Place place, const scene::Motor& motor) {
+    if (motor.has_lugre()) {
+      has(place, BlockId::kFriction, "friction",
+          say("motor.lugre: a bristle of ", motor.lugre().sigma_0_nm_per_rad(), " N m/rad"));
+    } else if (motor.coulomb_nm() > 0) {
+      has(place, BlockId::kFriction, "friction",
+          say("motor.coulomb_nm = ", motor.coulomb_nm(), ": sticks and slides, no bristle state"));
+    } else {
+      lacks(place, BlockId::kFriction, "friction",
+            "motor.coulomb_nm = 0, no lugre: neither sticking nor bristle state");
+    }
   }
 
   void weight(Place place, double gravity_nm) {

@@ -11,11 +11,10 @@
 #include "common/link/codec.hpp"
 #include "common/record/sample.hpp"
 #include "common/runtime/side_of.hpp"
-#include "netem/link_params.hpp"
-#include "netem/pending.hpp"
 #include "slave/emulator_params.hpp"
 #include "tests/bench/station_inputs.hpp"
 #include "tests/lab/emulated_slave.hpp"
+#include "tests/lab/explain_link.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
@@ -270,18 +269,7 @@ class Meter {
   }
 
   Cost link() const {
-    const scene::Path& path = scene_.network().forward();
-    const std::array<std::byte, PacketCodec<1>::kSize> bytes{};
-    return measure(master_.rows.size(), [&] {
-      LinkModel model(link_params(path), scene_.seed(), LinkDirection::kForward);
-      PendingDatagrams way(static_cast<std::size_t>((path.delay_s() + 10 * path.jitter_s()) / dt_s_) + 16);
-      for (const StationSample& row : master_.rows) {
-        const Nanoseconds now = from_seconds(row.t_s);
-        while (!way.empty() && way.due() <= now) keep(way.pop());
-        const LinkModel::Fate fate = model.offer(now);
-        if (!fate.lost) way.push(now + fate.delay, bytes);
-      }
-    });
+    return measure(master_.rows.size(), [&] { keep(carry(scene_, master_.rows.size())); });
   }
 
   Cost mcu() const {
@@ -320,57 +308,72 @@ class Meter {
     });
   }
 
-  // One second of every ten is enough for what takes microseconds.
+  // Through the whole scene once; each thousand ticks are a batch. With a second world that lacks a part, the
+  // difference of the two, which take turns.
   template <class World>
-  void through_world(const Inputs& in, World world, bool torque) const {
-    const std::size_t ticks = std::min<std::size_t>(in.rows.size(), kWorldTicks);
-    const std::size_t from = in.rows.size() - ticks;
-    for (std::size_t k = from; k < in.rows.size(); ++k) {
-      const StationSample& row = in.rows[k];
-      world.advance(torque ? row.command_nm : row.true_v_rad_s, row.t_s, row.t_s + dt_s_);
-      keep(world);
+  Cost world_cost(const Inputs& in, World world, World* less, double loops, bool torque) const {
+    const auto chunk = [&](World& advanced, std::size_t from) {
+      const double start = thread_ns();
+      for (std::size_t k = from; k < from + kChunk; ++k) {
+        const double input = torque ? in.rows[k].command_nm : in.rows[k].true_v_rad_s;
+        const double t_s = in.rows[k].t_s;
+        for (double i = 0; i < loops; ++i)
+          advanced.advance(input, t_s + i / loops * dt_s_, t_s + (i + 1) / loops * dt_s_);
+      }
+      return (thread_ns() - start) / static_cast<double>(kChunk);
+    };
+    std::vector<double> ns;
+    for (std::size_t from = 0; from + kChunk <= in.rows.size(); from += kChunk) {
+      const double whole = chunk(world, from);
+      ns.push_back(less == nullptr ? whole : whole - chunk(*less, from));
     }
+    return ns.empty() ? Cost{} : summary(std::move(ns));
   }
-  template <class World, class Params>
-  Cost world_cost(const Inputs& in, const Params& whole, const Params& less, bool part, bool torque) const {
-    const std::size_t ticks = std::min<std::size_t>(in.rows.size(), kWorldTicks);
-    const auto with = [&] { through_world(in, World(whole), torque); };
-    if (!part) return measure(ticks, with);
-    return difference(ticks, with, [&] { through_world(in, World(less), torque); });
+  template <class World>
+  Cost world_cost(const Block& block, const Inputs& in, const typename World::Params& whole,
+                  const typename World::Params& less, double loops, bool torque) const {
+    const WorldNumerics numerics = world_numerics(scene_);
+    if (block.id == BlockId::kPlant)
+      return world_cost(in, World(whole, numerics), static_cast<World*>(nullptr), loops, torque);
+    World lacking(less, numerics);
+    return world_cost(in, World(whole, numerics), &lacking, loops, torque);
   }
 
   Cost world(const Block& block) const {
-    const bool part = block.id != BlockId::kPlant;
     if (block.place == Place::kWorldMaster) {
-      MasterWorld::Params whole = master_world_params(scene_);
-      whole.start = master_.rows.back().x_rad;
+      const MasterWorld::Params whole = master_world_params(scene_);
       MasterWorld::Params less = whole;
-      less.motor.gravity = 0;
-      return world_cost<MasterWorld>(master_, whole, less, part, true);
+      leave_out(block.id, less.motor);
+      return world_cost<MasterWorld>(block, master_, whole, less, 1, true);
     }
-    const auto leave_out = [&](auto& p) {
-      if (block.id == BlockId::kHand) p.environment.hand.reset();
-      if (block.id == BlockId::kWall) p.environment.wall.reset();
-    };
     if (elastic()) {
-      SeriesElasticWorld::Params whole = series_elastic_world_params(scene_);
-      whole.start = slave_.rows.back().x_rad;
+      const SeriesElasticWorld::Params whole = series_elastic_world_params(scene_);
       SeriesElasticWorld::Params less = whole;
-      leave_out(less);
-      if (block.id == BlockId::kFriction) less.actuator.tendon.F_c = 0;
-      return world_cost<SeriesElasticWorld>(slave_, whole, less, part, false);
+      leave_out(block.id, less.environment);
+      if (block.id == BlockId::kFriction) less.actuator.tendon.reset();
+      return world_cost<SeriesElasticWorld>(block, slave_, whole, less, scene_.slave().mcu().loop_hz() * dt_s_, false);
     }
-    DirectSlaveWorld::Params whole = direct_slave_world_params(scene_);
-    whole.start = slave_.rows.back().x_rad;
+    const DirectSlaveWorld::Params whole = direct_slave_world_params(scene_);
     DirectSlaveWorld::Params less = whole;
-    leave_out(less);
-    if (block.id == BlockId::kPlantWeight) less.motor.gravity = 0;
-    return world_cost<DirectSlaveWorld>(slave_, whole, less, part, true);
+    leave_out(block.id, less.load);
+    leave_out(block.id, less.motor);
+    return world_cost<DirectSlaveWorld>(block, slave_, whole, less, 1, true);
+  }
+  static void leave_out(BlockId id, Environment::Params& environment) {
+    if (id == BlockId::kHand) environment.hand.reset();
+    if (id == BlockId::kWall) environment.wall.reset();
+  }
+  static void leave_out(BlockId id, MotorAxis::Params& motor) {
+    if (id == BlockId::kPlantWeight) motor.gravity = 0;
+    if (id == BlockId::kFriction) {
+      motor.coulomb = 0;
+      motor.bristle.reset();
+    }
   }
 
   void whole(Explanation& to) const;
 
-  static constexpr std::size_t kWorldTicks = 2000;
+  static constexpr std::size_t kChunk = 1000;
   const scene::Scene& scene_;
   Session session_;
   Inputs master_, slave_;
@@ -484,7 +487,7 @@ std::size_t size_of(const Block& block) {
     case BlockId::kCodec:
       return sizeof(PacketCodec<1>);
     case BlockId::kDelay:
-      return sizeof(LinkModel) + sizeof(PendingDatagrams);
+      return link_bytes();
     case BlockId::kSerial:
       return 2 * sizeof(SerialLine) + 2 * sizeof(mcu::FrameDecoder);
     case BlockId::kMcu:
@@ -501,15 +504,8 @@ std::size_t size_of(const Block& block) {
 }  // namespace
 
 void add_sizes(const scene::Scene& scene, Explanation& to) {
-  const bool elastic = scene.slave().device() == scene::SERIES_ELASTIC;
   for (Block& block : to.blocks) {
-    if (!block.contained) continue;
-    block.bytes = size_of(block);
-    if (block.id == BlockId::kPlant) {
-      block.bytes = block.place == Place::kWorldMaster ? sizeof(MasterWorld)
-                    : elastic                          ? sizeof(SeriesElasticWorld)
-                                                       : sizeof(DirectSlaveWorld);
-    }
+    if (block.contained && block.bytes == 0) block.bytes = size_of(block);
   }
   using OnMotor = SimulatedAxis<MasterWorld>;
   if (scene.architecture() == scene::FOUR_CHANNEL) {
@@ -519,7 +515,7 @@ void add_sizes(const scene::Scene& scene, Explanation& to) {
   } else {
     station_sizes<FourChannelCdobSdcv, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
   }
-  if (elastic) {
+  if (scene.slave().device() == scene::SERIES_ELASTIC) {
     to.slave_station_bytes = sizeof(Station<FourChannel<Referenced>>);
     to.slave_side_bytes = to.slave_station_bytes + sizeof(OrthosisOnSerial);
   } else {

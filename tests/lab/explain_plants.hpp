@@ -1,10 +1,11 @@
-// Which integrator a scene's worlds get, with the stiffness estimate behind it.
+// Which integrator the worlds of a scene get, with the stiffness estimate behind it, and what comes with it.
 #pragma once
 
 #include "tests/lab/explain.hpp"
 
 namespace farhand {
 
+// Adds the plants themselves, event location and stiff integrators to the blocks, and the choices.
 void explain_plants(const scene::Scene& scene, Explanation& explanation);
 
 }  // namespace farhand
