@@ -266,6 +266,25 @@ TEST(Explain, WarnsOfABlockThatTheSceneDoesNotNeed) {
   EXPECT_EQ(needless("demo", {"slave.wall={at_rad: 0.2}"}, Place::kWorldSlave, BlockId::kWall), "");
 }
 
+// What AUTO takes, and the numbers behind it.
+TEST(Explain, IntegratorComesWithItsStiffnessEstimate) {
+  const auto choice = [](const char* scene, const Sets& sets) { return explained(scene, sets).plants.at(1); };
+  const PlantChoice affine = choice("demo", {});
+  EXPECT_EQ(affine.method, "closed form");
+  EXPECT_NE(affine.because.find("affine"), std::string::npos);
+  EXPECT_NEAR(affine.rate_times_step, affine.largest_rate_per_s * affine.step_s, 1e-12);
+  const PlantChoice friction = choice("sea_friction", {});
+  EXPECT_EQ(friction.method, "RK4");
+  EXPECT_LT(friction.rate_times_step, friction.limit);
+  const PlantChoice stiff = choice("sea_friction", {"slave.wall={stiffness_nm_per_rad: 1e8 damping_nms_per_rad: 0}"});
+  EXPECT_EQ(stiff.method, "SDIRK2");
+  EXPECT_GT(stiff.rate_times_step, stiff.limit);
+  EXPECT_TRUE(block(explained("sea_friction", {"slave.wall={stiffness_nm_per_rad: 1e8 damping_nms_per_rad: 0}"}),
+                    Place::kWorldSlave, BlockId::kStiff)
+                  .contained);
+  EXPECT_EQ(choice("demo", {"world.method=RK4"}).because.find("world.method asks for it"), 0u);
+}
+
 TEST(Explain, ReasonsAreMadeOfTheScenesOwnValues) {
   const Explanation e = explained("demo", {"network.forward.delay_s=0.25"});
   EXPECT_NE(block(e, Place::kMaster, BlockId::kCdob).reason.find("350 ms"), std::string::npos);

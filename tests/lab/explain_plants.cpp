@@ -1,11 +1,12 @@
 #include "tests/lab/explain_plants.hpp"
 
+#include <complex>
 #include <sstream>
 
 #include "common/config/world_params.hpp"
 #include "common/integrate/closed_form.hpp"
 #include "common/integrate/integrator.hpp"
-#include "common/plant/world_method.hpp"
+#include "common/plant/world.hpp"
 
 namespace farhand {
 namespace {
@@ -18,71 +19,70 @@ std::string say(const Parts&... parts) {
   return text.str();
 }
 
-template <class P>
-std::size_t solver_bytes(Method method) {
-  if (method != Method::kClosedForm) return sizeof(Integrator<Rk4, P>);
-  if constexpr (AffinePlant<P>) return sizeof(ClosedForm<P>);
-  return 0;
-}
-
 struct About {
   PlantChoice choice;
-  std::size_t plant_bytes, solver_bytes;
+  std::size_t bytes;  // of the plant and of what advances it
 };
 
-template <class P>
-About about(const char* name, const typename P::Params& params, const WorldNumerics& numerics) {
-  const P plant(params);
-  const double step = numerics.settings.max_step;
-  const bool automatic = numerics.method == Method::kAuto;
-  const Method method = automatic ? auto_method(plant, step) : numerics.method;
+// World: made of this plant.
+template <class P, class World>
+About about(const char* name, const World& world, const WorldNumerics& numerics) {
+  const MethodChoice& choice = world.choice();
   PlantChoice c;
   c.plant = name;
   c.asked = name_of(numerics.method);
-  c.method = name_of(method);
-  c.step_s = step;
-  c.largest_rate_per_s = plant.fastest_rate();
-  c.rate_times_step = c.largest_rate_per_s * step;
-  c.limit = kRk4StableRadius;
-  const std::string estimate =
-      say("largest |lambda| ", c.largest_rate_per_s, " 1/s, times the step of ", 1e6 * step, " us ", c.rate_times_step);
-  const char* not_affine = plant.not_affine();
-  if (!automatic) {
+  c.method = name_of(world.method());
+  c.step_s = numerics.settings.max_step;
+  c.largest_rate_per_s = std::abs(choice.eigenvalue);
+  c.rate_times_step = choice.rate_times_step;
+  c.limit = choice.limit;
+  const std::string estimate = say("largest |lambda| ", c.largest_rate_per_s, " 1/s, times the step of ",
+                                   1e6 * c.step_s, " us ", c.rate_times_step);
+  if (numerics.method != Method::kAuto) {
     c.because = say("world.method asks for it; ", estimate, ", limit of RK4 ", c.limit);
-  } else if (not_affine == nullptr) {
+  } else if (choice.not_affine == nullptr) {
     c.because = say("affine in every mode, so exact at any rate; ", estimate, ", limit of RK4 ", c.limit);
   } else {
-    c.because = say(method == Method::kRk4 ? "not stiff: " : "stiff: ", estimate,
-                    method == Method::kRk4 ? ", below" : ", above", " the limit of RK4 ", c.limit,
-                    "; no closed form: ", not_affine);
+    const bool stiff = choice.rate_times_step > choice.limit;
+    c.because = say(stiff ? "stiff: " : "not stiff: ", estimate, stiff ? ", above" : ", below", " the limit of RK4 ",
+                    c.limit, "; no closed form: ", choice.not_affine);
   }
-  return {c, sizeof(P), solver_bytes<P>(method)};
+  std::size_t solver = sizeof(Integrator<Rk4, P>);
+  if constexpr (AffinePlant<P>) {
+    if (world.method() == Method::kClosedForm) solver = sizeof(ClosedForm<P>);
+  }
+  return {c, sizeof(P) + solver};
 }
 
-// As the worlds are made: by their friction.
+// By their friction, as the worlds are made.
 About about_master(const scene::Scene& scene) {
   const MasterPlant::Params p = master_world_params(scene);
   const WorldNumerics n = world_numerics(scene);
-  if (p.motor.friction() == Friction::kCoulomb) return about<MasterPlantWith<Friction::kCoulomb>>("master", p, n);
-  if (p.motor.friction() == Friction::kBristle) return about<MasterPlantWith<Friction::kBristle>>("master", p, n);
-  return about<MasterPlant>("master", p, n);
+  const MasterWorld world(p, n);
+  if (p.motor.friction() == Friction::kCoulomb) return about<MasterPlantWith<Friction::kCoulomb>>("master", world, n);
+  if (p.motor.friction() == Friction::kBristle) return about<MasterPlantWith<Friction::kBristle>>("master", world, n);
+  return about<MasterPlant>("master", world, n);
 }
 About about_slave(const scene::Scene& scene) {
   const WorldNumerics n = world_numerics(scene);
   if (scene.slave().device() == scene::SERIES_ELASTIC) {
     const SeriesElasticPlant::Params p = series_elastic_world_params(scene);
-    if (p.friction() == Friction::kBristle) return about<SeriesElasticPlantWith<Friction::kBristle>>("slave", p, n);
-    return about<SeriesElasticPlant>("slave", p, n);
+    const SeriesElasticWorld world(p, n);
+    if (p.friction() == Friction::kBristle) return about<SeriesElasticPlantWith<Friction::kBristle>>("slave", world, n);
+    return about<SeriesElasticPlant>("slave", world, n);
   }
   const DirectSlavePlant::Params p = direct_slave_world_params(scene);
-  if (p.motor.friction() == Friction::kCoulomb) return about<DirectSlavePlantWith<Friction::kCoulomb>>("slave", p, n);
-  if (p.motor.friction() == Friction::kBristle) return about<DirectSlavePlantWith<Friction::kBristle>>("slave", p, n);
-  return about<DirectSlavePlant>("slave", p, n);
+  const DirectSlaveWorld world(p, n);
+  if (p.motor.friction() == Friction::kCoulomb)
+    return about<DirectSlavePlantWith<Friction::kCoulomb>>("slave", world, n);
+  if (p.motor.friction() == Friction::kBristle)
+    return about<DirectSlavePlantWith<Friction::kBristle>>("slave", world, n);
+  return about<DirectSlavePlant>("slave", world, n);
 }
 
 void add(Place place, const About& about, const std::string& contacts, Explanation& to) {
   for (Block& block : to.blocks) {
-    if (block.place == place && block.id == BlockId::kPlant) block.bytes = about.plant_bytes + about.solver_bytes;
+    if (block.place == place && block.id == BlockId::kPlant) block.bytes = about.bytes;
   }
   to.blocks.push_back({place, BlockId::kEvents, "event location", true, contacts});
   const bool stiff =
