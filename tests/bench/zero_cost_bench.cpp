@@ -151,7 +151,8 @@ struct Blind final : Witness {
   void ticked(bool, const Side&, double, OperatorAct) override {}
 };
 
-// The whole lab with nobody watching, beside a loop of the same pieces that nobody can watch.
+// The whole lab with nobody watching, beside a loop of the same pieces that nobody can watch. By hand there is no link
+// model either, which is the rest of the difference.
 void run_without_recording(benchmark::State& state) {
   const Recorded& r = recorded();
   compare(
