@@ -14,6 +14,7 @@
 #include "common/integrate/rosenbrock.hpp"
 #include "common/integrate/sdirk2.hpp"
 #include "common/integrate/semi_implicit_euler.hpp"
+#include "common/integrate/stiffness.hpp"
 #include "tests/lab/extreme_probe.hpp"
 
 namespace farhand::extreme {
@@ -217,7 +218,10 @@ PlantRecord run_closed(const PlantPlan<P>& plan, const SecondWay& second_way) {
   double balance = 0, work = 0, last = plan.start[0];
   energy.add(plant.stored_energy(0.0, plan.start), 0.0, 0.0);
   // Pieces so short that three points see every swing.
-  const int pieces = std::clamp(static_cast<int>(std::ceil(plan.tick_s * plant.fastest_rate() / 0.5)), 2, 2000);
+  double fastest = 0;
+  for (const Situation<P>& s : plant.situations())
+    fastest = std::max(fastest, std::abs(fastest_eigenvalue(plant, s.mode, s.t, s.x)));
+  const int pieces = static_cast<int>(std::clamp(std::ceil(plan.tick_s * fastest / 0.5), 2.0, 2000.0));
   for (int k = 0; k < plan.ticks; ++k) {
     const double input = plan.input(k), begin = k * plan.tick_s, end = (k + 1) * plan.tick_s;
     plant.hold(input);

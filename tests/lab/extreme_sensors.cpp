@@ -1,5 +1,6 @@
 // Readings that are no numbers, or no angles that a joint can have, from each sensor: who notices first, and that
 // nothing of it reaches an actuator.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>

@@ -1,5 +1,7 @@
 #include "tests/lab/extreme_session.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "common/config/operator_timeline.hpp"
