@@ -70,8 +70,7 @@ std::vector<Contact> contacts(const scene::Scene& scene) {
 
 SideLoop master_loop(const scene::Scene& scene) {
   const MasterWorld::Params p = master_world_params(scene);
-  return side_loop(scene, scene.master().axis(),
-                   {p.motor.J + p.load.J_h, p.motor.viscous + p.load.B_h, p.load.K_h});
+  return side_loop(scene, scene.master().axis(), {p.motor.J + p.load.J_h, p.motor.viscous + p.load.B_h, p.load.K_h});
 }
 
 SideLoop direct_slave_loop(const scene::Scene& scene, const Contact& contact) {
