@@ -73,7 +73,15 @@ void add_gains(Cases& cases) {
     const Sets sets{"control.K_f_per_kgm2=" + shortest(times * 250),
                     "slave.hand={stiffness_nm_per_rad: 0 damping_nms_per_rad: 0}",
                     "slave.wall={stiffness_nm_per_rad: 1000 damping_nms_per_rad: 0.4 at_rad: 0.1}", "duration_s=9"};
-    cases.push_back(bounded_case(family, name, kStops, "a stiff contact with more than the bare loop allows", sets));
+    SessionPlan plan;
+    plan.sets = sets;
+    plan.meter_s = 25e-6;
+    plan.energy_within = 1e-3;  // where it touches
+    if (times < 2) {
+      cases.push_back(session_case(family, name, accurate(1e-9), plan));
+    } else {
+      cases.push_back(bounded_case(family, name, kStops, "a stiff contact with more than the bare loop allows", sets));
+    }
   }
 }
 

@@ -229,7 +229,10 @@ double SessionRecord::off(double master_x, double slave_x) const {
 }
 
 SessionRecord run_session(const SessionPlan& plan) {
-  return Run(plan, load_scene_text(kBase, "extreme.txtpb", plan.sets).scene).to_end();
+  const LoadedScene loaded = load_scene_text(kBase, "extreme.txtpb", plan.sets);
+  SessionRecord record = Run(plan, loaded.scene).to_end();
+  record.warnings = loaded.warnings;
+  return record;
 }
 
 Balance balance_of(const scene::Scene& scene) {
@@ -238,10 +241,16 @@ Balance balance_of(const scene::Scene& scene) {
                      : t.grip() == scene::NORMAL ? 3
                      : t.grip() == scene::FIRM   ? 10
                                                  : t.k_h_nm_per_rad();
-  const double k = scene.slave().has_hand() ? scene.slave().hand().stiffness_nm_per_rad() : 0;
+  const bool wall = scene.slave().has_wall();
+  const double k = wall                       ? scene.slave().wall().stiffness_nm_per_rad()
+                   : scene.slave().has_hand() ? scene.slave().hand().stiffness_nm_per_rad()
+                                              : 0;
   double A = 0;
   for (const scene::Movement& m : t.intended()) A = m.has_ramp_to_rad() ? m.ramp_to_rad() : A;
-  if (scene.architecture() != scene::FOUR_CHANNEL_CDOB) return {K_h * A / (K_h + k), K_h * A / (K_h + k)};
+  if (scene.architecture() != scene::FOUR_CHANNEL_CDOB) {
+    const double x = (K_h * A + (wall ? k * scene.slave().wall().at_rad() : 0)) / (K_h + k);
+    return {x, x};
+  }
   const double stretch = 1 + scene.control().k_f_per_kgm2() * k / (2 * scene.control().k_p_per_s2());
   const double slave = K_h * A / (K_h * stretch + k / 2);
   return {stretch * slave, slave};
@@ -274,6 +283,8 @@ Outcome judge_bounded(const SessionRecord& record) {
   Outcome out = judge_session(record, 0, 0, "stops, and the largest torque");
   out.error = std::max(record.master.x_most, record.slave.x_most);
   out.refusal.clear();
+  out.what += record.warnings.empty() ? "; not warned of" : "; warned of at load: " + record.warnings.front();
+  if (record.warnings.empty() && (record.master.limits | record.slave.limits) == 0) out.error = Outcome::kNan;
   return out;
 }
 

@@ -59,6 +59,7 @@ struct SideRecord {
 struct SessionRecord {
   SideRecord master, slave;
   scene::Scene scene;
+  std::vector<std::string> warnings;  // at load
   Block first_bad = Block::kNone;
   bool bad_at_actuator = false;
   std::uint64_t ticks = 0, sent = 0;
@@ -73,14 +74,14 @@ SessionRecord run_session(const SessionPlan& plan);
 // both sides. master_x, slave_x: closed form.
 Outcome judge_session(const SessionRecord& record, double master_x, double slave_x, std::string second_way);
 
-// Where arm and hand balance. Plain four channels: x = K_h A/(K_h + k) on both sides. CDOB with the thesis's model:
-// F_m = F_s/2 and x_m = x_s (1 + K_f k/(2 K_p)).
+// Where arm and hand, or wall, balance. Plain four channels: x = (K_h A + k at)/(K_h + k) on both sides. CDOB with the
+// thesis's model: F_m = F_s/2 and x_m = x_s (1 + K_f k/(2 K_p)).
 struct Balance {
   double master, slave;
 };
 Balance balance_of(const scene::Scene& scene);
 Outcome judge_session(const SessionRecord& record);
-// What no setting may do: leave the stops.
+// What no setting may do: leave the stops. One that swings must have been warned of at load, or show a limit that acts.
 Outcome judge_bounded(const SessionRecord& record);
 
 }  // namespace farhand::extreme
