@@ -19,4 +19,10 @@ inline LinkModelParams link_params(const scene::Path& path) {
   return params;
 }
 
+// Room for every datagram that this direction can hold on its way, one a tick; a normal delay beyond ten deviations is
+// not to be met.
+inline std::size_t datagrams_on_way(const scene::Path& path, double tick_s) {
+  return static_cast<std::size_t>((path.delay_s() + 10.0 * path.jitter_s()) / tick_s) + 16;
+}
+
 }  // namespace farhand

@@ -9,18 +9,12 @@
 #include <random>
 
 #include "tests/support/oscillator.hpp"
+#include "tests/support/uniform.hpp"
 
 namespace farhand {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-double uniform(std::mt19937_64& bits, double low, double high) {
-  return low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53;
-}
-double log_uniform(std::mt19937_64& bits, double low, double high) {
-  return std::exp(uniform(bits, std::log(low), std::log(high)));
-}
 
 TEST(MatrixExponential, AgreesWithTheOscillatorAtAllDampingsAndStiffnesses) {
   double worst = 0;

@@ -258,7 +258,7 @@ TEST(McuLoop, ClosedLoopEqualsTheDoublePrecisionLaw) {
     } else {
       x_ref += v_ref * 0.5e-3;
     }
-    if (k > 0) world.advance(u, (k - 1) * 0.5e-3, k * 0.5e-3);
+    if (k > 0) world.advance(u, k * 0.5e-3);
     law.estimate(world.encoder(), world.motor_encoder());
     u = law.control(x_ref, v_ref, f_ref, 3);
     emulator.tick(wire);

@@ -8,8 +8,8 @@
 #include "common/integrate/dormand_prince.hpp"
 #include "common/integrate/integrator.hpp"
 #include "common/plant/axis_plant.hpp"
-#include "common/plant/metered.hpp"
 #include "common/plant/series_elastic_plant.hpp"
+#include "tests/support/metered.hpp"
 
 namespace farhand {
 namespace {

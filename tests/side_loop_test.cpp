@@ -49,7 +49,8 @@ TEST(SideLoop, DobOnAFreeRotorHasItsLimitInClosedForm) {
 
 TEST(SideLoop, DobLimitIsThatOfTheBlocks) {
   int limited = 0;
-  for (const Axis& axis : {Axis{kJ, 0, 0}, Axis{kJ, 0.5, 0}, Axis{kJ, 0.022, 5}, Axis{kJ, 0.4, 1e3}})
+  for (const LoadedAxis& axis :
+       {LoadedAxis{kJ, 0, 0}, LoadedAxis{kJ, 0.5, 0}, LoadedAxis{kJ, 0.022, 5}, LoadedAxis{kJ, 0.4, 1e3}})
     for (const double K_p : {0.0, 400.0})
       for (const double ratio : {0.7, 1.5, 2.2, 2.5, 3.0, 4.0}) {
         const SideLoop loop{.axis = axis, .dt = kDt, .J_n = ratio * kJ, .K_p = K_p, .K_d = K_p / 10};
@@ -74,7 +75,8 @@ TEST(SideLoop, DobLimitIsThatOfTheBlocks) {
 
 TEST(SideLoop, RtobLimitInContactIsThatOfTheBlocks) {
   int limited = 0;
-  for (const Axis& axis : {Axis{kJ, 0.022, 5}, Axis{kJ, 0.1, 100}, Axis{kJ, 0.4, 1e3}, Axis{kJ, 0.6, 3e3}})
+  for (const LoadedAxis& axis :
+       {LoadedAxis{kJ, 0.022, 5}, LoadedAxis{kJ, 0.1, 100}, LoadedAxis{kJ, 0.4, 1e3}, LoadedAxis{kJ, 0.6, 3e3}})
     for (const double force : {1.0, 2.0})  // K_f J
       for (const double ratio : {0.5, 1.0, 1.5, 2.0, 2.5}) {
         SideLoop loop{.axis = axis, .dt = kDt, .J_n = ratio * kJ, .viscous = 0.002, .K_p = 400, .K_d = 40};

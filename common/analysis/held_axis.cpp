@@ -5,7 +5,7 @@
 
 namespace farhand {
 
-HeldAxis::HeldAxis(const Axis& axis, double dt_s) {
+HeldAxis::HeldAxis(const LoadedAxis& axis, double dt_s) {
   Eigen::Matrix3d flow = Eigen::Matrix3d::Zero();  // of (x, v, tau); tau stands still
   flow(0, 1) = 1.0;
   flow.row(1) << -axis.k / axis.J, -axis.b / axis.J, 1.0 / axis.J;

@@ -9,7 +9,7 @@
 
 namespace farhand {
 
-struct Axis {
+struct LoadedAxis {
   double J = 4e-3;  // kg m2, above 0
   double b = 0;     // N m s/rad
   double k = 0;     // N m/rad
@@ -19,7 +19,7 @@ struct HeldAxis {
   std::array<std::array<double, 2>, 2> phi;
   std::array<double, 2> gamma;
 
-  HeldAxis(const Axis& axis, double dt_s);
+  HeldAxis(const LoadedAxis& axis, double dt_s);
 
   // Transfer function from tau(n) to x(n): numerator() / denominator().
   Polynomial numerator() const;

@@ -14,7 +14,7 @@
 namespace farhand {
 
 struct OrthosisLoop {
-  Axis axis;
+  LoadedAxis axis;
   double spring = 10;         // N m/rad
   double motor_rate = 188.5;  // 1/s, of the drive's velocity loop
   double dt = 5e-4;           // s, of the MCU

@@ -14,7 +14,7 @@
 namespace farhand {
 
 struct SideLoop {
-  Axis axis;
+  LoadedAxis axis;
   double dt = 1e-3;  // s
   double J_n = 4e-3;
   double viscous = 0.0;                    // that the RTOB subtracts

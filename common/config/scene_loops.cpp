@@ -11,7 +11,7 @@
 namespace farhand {
 namespace {
 
-SideLoop side_loop(const scene::Scene& scene, const scene::Axis& believed, const Axis& axis) {
+SideLoop side_loop(const scene::Scene& scene, const scene::Axis& believed, const LoadedAxis& axis) {
   const scene::Control& c = scene.control();
   return {.axis = axis,
           .dt = scene.tick_s(),

@@ -20,7 +20,7 @@ class SimulatedAxis {
   // Advances the world to t_s (time of the world) under the torque of the last write.
   Drive::Sensed read(double t_s) noexcept {
     if (t_s > t_s_) {
-      world_.advance(torque_, t_s_, t_s);
+      world_.advance(torque_, t_s);
       t_s_ = t_s;
     }
     Drive::Sensed sensed;

@@ -49,9 +49,8 @@ class World {
   // Throws std::invalid_argument as make_engine does.
   explicit World(const Params& params, const WorldNumerics& numerics = {}) : engine_(make_engine(params, numerics)) {}
 
-  // The input (N m of the motor, rad/s of a velocity-sourced motor) is held from t0_s, where the last advance ended, to
-  // t1_s.
-  void advance(double input, double /*t0_s*/, double t1_s) noexcept { engine_->advance(input, t1_s); }
+  // The input (N m of the motor, rad/s of a velocity-sourced motor) is held from where the last advance ended to t1_s.
+  void advance(double input, double t1_s) noexcept { engine_->advance(input, t1_s); }
 
   // At the end of the last advance, under its input.
   Truth truth() const noexcept { return engine_->truth(); }

@@ -4,11 +4,15 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace farhand {
 
 // 12.3, 0.00123, 1.23e-07; "-" if not finite.
 std::string three_digits(double y);
+
+// 1-2-5 ticks within [from, until], about `wanted` of them; decades (with 2 and 5 if they are few) on a log axis.
+std::vector<double> ticks(double from, double until, int wanted, bool log);
 
 // As few digits as tell the number apart from its neighbours on a scale with this step.
 std::string tick_label(double y, double step);

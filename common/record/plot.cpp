@@ -185,31 +185,6 @@ std::string symbol_element(Symbol symbol, double p, double q, const Look& l) {
 
 }  // namespace
 
-std::vector<double> ticks(double from, double until, int wanted, bool log) {
-  std::vector<double> out;
-  if (!(until > from) || !std::isfinite(from) || !std::isfinite(until) || (log && !(from > 0))) return out;
-  if (log) {
-    const double decades = std::log10(until / from);
-    for (double decade = std::floor(std::log10(from)); decade <= std::log10(until); ++decade) {
-      for (const double digit : {1.0, 2.0, 5.0}) {
-        const double tick = digit * std::pow(10, decade);
-        const bool wanted_digit =
-            digit == 1.0 ? std::fmod(std::abs(decade), std::max(1.0, std::ceil(decades / 10))) == 0 : decades <= 3;
-        if (wanted_digit && tick >= from * (1 - 1e-9) && tick <= until * (1 + 1e-9)) out.push_back(tick);
-      }
-    }
-    return out;
-  }
-  const double raw = (until - from) / std::max(1, wanted), power = std::pow(10, std::floor(std::log10(raw)));
-  double step = 10 * power;
-  for (const double digit : {5.0, 2.0, 1.0}) {
-    if (digit * power >= raw * (1 - 1e-9)) step = digit * power;
-  }
-  const double first = std::ceil(from / step - 1e-9);
-  for (int k = 0; (first + k) * step <= until + 1e-9 * step && k < 1000; ++k) out.push_back((first + k) * step);
-  return out;
-}
-
 Plot::Plot(std::string title, PlotAxis x, PlotAxis y, double width, double height)
     : title_(std::move(title)), x_(std::move(x)), y_(std::move(y)), width_(width), height_(height) {}
 

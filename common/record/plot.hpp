@@ -36,9 +36,6 @@ struct Landmarks {
   std::vector<Event> events;
 };
 
-// 1-2-5 ticks within [from, until], about `wanted` of them; decades (with 2 and 5 if they are few) on a log axis.
-std::vector<double> ticks(double from, double until, int wanted, bool log);
-
 class Plot {
  public:
   Plot(std::string title, PlotAxis x, PlotAxis y, double width = 960, double height = 230);

@@ -33,7 +33,7 @@ class OrthosisEmulator {
   // One MCU loop: the world moves up to it under the last command, then the core reads its encoders. True when `wire`
   // holds a frame to send. The first tick is at 0 s.
   bool tick(std::uint8_t wire[mcu::kWireBytes]) noexcept {
-    if (ticks_ > 0) world_.advance(mcu::to_rad_s(output_.motor_velocity), loop_s_ * (ticks_ - 1), loop_s_ * ticks_);
+    if (ticks_ > 0) world_.advance(mcu::to_rad_s(output_.motor_velocity), loop_s_ * ticks_);
     ++ticks_;
     mcu::McuInput input{};
     input.joint_counts = counts(world_.encoder(), joint_unit_rad_);

@@ -147,10 +147,6 @@ void rtob_without_weight_and_friction(benchmark::State& state) {
 }
 BENCHMARK(rtob_without_weight_and_friction)->Iterations(kPairs)->UseManualTime();
 
-struct Blind final : Witness {
-  void ticked(bool, const Side&, double, OperatorAct) override {}
-};
-
 // The whole lab with nobody watching, beside a loop of the same pieces that nobody can watch. By hand there is no link
 // model either, which is the rest of the difference.
 void run_without_recording(benchmark::State& state) {
@@ -158,8 +154,8 @@ void run_without_recording(benchmark::State& state) {
   compare(
       state, r.session.master.size(),
       [&] {
-        Blind blind;
-        simulate(r.loaded, make_sides(r.loaded.scene), blind);
+        Witness nobody;
+        simulate(r.loaded, make_sides(r.loaded.scene), nobody);
       },
       [&] {
         const Sides sides = make_sides(r.loaded.scene);

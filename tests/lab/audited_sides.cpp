@@ -4,77 +4,62 @@
 #include "common/config/world_params.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/device/mcu_si.hpp"
+#include "common/device/simulated_axis.hpp"
 #include "common/runtime/side_of.hpp"
-#include "slave/emulator_params.hpp"
+#include "tests/lab/emulated_port.hpp"
 
 namespace farhand {
 namespace {
 
-// As SimulatedAxis, audited.
+// A world whose energy is counted; SimulatedAxis takes it as it takes any.
 template <class World>
-class AuditedAxis {
+class AuditedWorld {
  public:
-  using Drive = DirectDrive<1>;
+  struct Params {
+    typename World::Params world;
+    EnergyBalance* balance;
+  };
 
-  AuditedAxis(const typename World::Params& params, const WorldNumerics& numerics, EnergyBalance& balance)
-      : world_(params, numerics), audit_(params, numerics), balance_(balance) {}
+  AuditedWorld(const Params& params, const WorldNumerics& numerics)
+      : world_(params.world, numerics), audit_(params.world, numerics), balance_(*params.balance) {}
 
-  Drive::Sensed read(double t_s) noexcept {
-    if (t_s > t_s_) {
-      world_.advance(torque_, t_s_, t_s);
-      audit_.add(world_, torque_, t_s_, t_s, balance_);
-      t_s_ = t_s;
-    }
-    Drive::Sensed sensed;
-    sensed.x[0] = world_.encoder();
-    return sensed;
+  void advance(double input, double t1_s) noexcept {
+    world_.advance(input, t1_s);
+    audit_.add(world_, input, t_s_, t1_s, balance_);
+    t_s_ = t1_s;
   }
-  void write(const Drive::Command& command, double /*t_s*/) noexcept { torque_ = command.torque[0]; }
-  Truth truth() const noexcept {
-    const auto truth = world_.truth();
-    return {truth.x, truth.v, truth.f};
-  }
+  typename World::Truth truth() const noexcept { return world_.truth(); }
+  double encoder() const noexcept { return world_.encoder(); }
+  IntegratorStatus status() const noexcept { return world_.status(); }
 
  private:
   World world_;
   EnergyAudit<World> audit_;
   EnergyBalance& balance_;
-  double torque_ = 0.0, t_s_ = 0.0;
+  double t_s_ = 0.0;
 };
 
-// As the port of the emulated slave, audited loop by loop of the MCU: its command is held for one loop.
-class AuditedPort {
+// The port of the emulated slave, audited loop by loop of the MCU: its command is held for one loop.
+class AuditedPort : public EmulatedPort {
  public:
   AuditedPort(const scene::Scene& scene, EnergyBalance& balance)
-      : orthosis_(emulator_params(scene), scene.slave().series_elastic().serial_one_way_s()),
+      : EmulatedPort(scene),
         audit_(series_elastic_world_params(scene), world_numerics(scene)),
         balance_(balance),
         loop_s_(1.0 / scene.slave().mcu().loop_hz()) {}
 
   std::size_t read(std::span<std::uint8_t> bytes, double t_s) noexcept {
     const Nanoseconds now = from_seconds(t_s);
-    const OrthosisEmulator& emulator = orthosis_.emulator();
+    const OrthosisEmulator& emulator = orthosis().emulator();
     for (; emulator.next_tick() <= now; ++loops_) {
       const double held = mcu::to_rad_s(emulator.output().motor_velocity);
-      orthosis_.advance(emulator.next_tick());
+      orthosis().advance(emulator.next_tick());
       if (loops_ > 0) audit_.add(emulator.world(), held, loop_s_ * (loops_ - 1), loop_s_ * loops_, balance_);
     }
-    std::size_t count = 0;
-    while (count < bytes.size() && orthosis_.receive(now, bytes[count])) ++count;
-    return count;
-  }
-  bool write(std::span<const std::uint8_t> bytes, double t_s) noexcept {
-    orthosis_.send(bytes.data(), bytes.size(), from_seconds(t_s));
-    return true;
-  }
-  bool lost() noexcept { return false; }
-  Truth truth() const noexcept {
-    const auto truth = orthosis_.emulator().world().truth();
-    return {truth.x, truth.v, truth.f};
+    return EmulatedPort::read(bytes, t_s);
   }
 
  private:
-  OrthosisOnSerial orthosis_;
   EnergyAudit<SeriesElasticWorld> audit_;
   EnergyBalance& balance_;
   double loop_s_, loops_ = 0;
@@ -82,8 +67,10 @@ class AuditedPort {
 
 template <template <class> class Scene>
 std::unique_ptr<Side> master(const scene::Scene& scene, EnergyBalance& balance) {
-  return std::make_unique<SideOf<Scene, AuditedAxis<MasterWorld>>>(
-      master_station_params(scene, kMasterSession), master_world_params(scene), world_numerics(scene), balance);
+  using World = AuditedWorld<MasterWorld>;
+  return std::make_unique<SideOf<Scene, SimulatedAxis<World>>>(master_station_params(scene, kMasterSession),
+                                                               World::Params{master_world_params(scene), &balance},
+                                                               world_numerics(scene));
 }
 
 }  // namespace
@@ -98,8 +85,9 @@ Sides make_audited_sides(const scene::Scene& scene, Balances& balances) {
   if (scene.slave().device() == scene::SERIES_ELASTIC) {
     sides.slave = std::make_unique<SideOf<FourChannel, McuAxis<AuditedPort>>>(params, scene, balances.slave);
   } else {
-    sides.slave = std::make_unique<SideOf<FourChannel, AuditedAxis<DirectSlaveWorld>>>(
-        params, direct_slave_world_params(scene), world_numerics(scene), balances.slave);
+    using World = AuditedWorld<DirectSlaveWorld>;
+    sides.slave = std::make_unique<SideOf<FourChannel, SimulatedAxis<World>>>(
+        params, World::Params{direct_slave_world_params(scene), &balances.slave}, world_numerics(scene));
   }
   return sides;
 }

@@ -8,6 +8,11 @@
 #include <string_view>
 #include <vector>
 
+#include "common/integrate/dormand_prince.hpp"
+#include "common/integrate/rk4.hpp"
+#include "common/integrate/rosenbrock.hpp"
+#include "common/integrate/sdirk2.hpp"
+#include "common/integrate/semi_implicit_euler.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {
@@ -26,15 +31,15 @@ enum class BareMethod : std::uint8_t {
 };
 
 constexpr std::string_view name_of(BareMethod method) {
-  constexpr std::array<std::string_view, 10> kNames{"semi-implicit Euler", "RK4",         "SDIRK2",
-                                                    "Rosenbrock",          "adaptive",    "closed form",
-                                                    "CVODE BDF",           "CVODE Adams", "closed form, long double",
-                                                    "scene's own"};
+  constexpr std::array<std::string_view, 10> kNames{
+      SemiImplicitEuler::kName,     Rk4::kName,  Sdirk2::kName, Rosenbrock::kName,          DormandPrince::kName,
+      name_of(Method::kClosedForm), "CVODE BDF", "CVODE Adams", "closed form, long double", "scene's own"};
   return kNames[static_cast<std::size_t>(method)];
 }
 // In the step; 0 where there is none.
 constexpr int order_of(BareMethod method) {
-  constexpr std::array<int, 10> kOrders{1, 4, 2, 3, 5, 0, 0, 0, 0, 0};
+  constexpr std::array<int, 10> kOrders{
+      SemiImplicitEuler::kOrder, Rk4::kOrder, Sdirk2::kOrder, Rosenbrock::kOrder, DormandPrince::kOrder, 0, 0, 0, 0, 0};
   return kOrders[static_cast<std::size_t>(method)];
 }
 constexpr bool takes_a_tolerance(BareMethod method) {

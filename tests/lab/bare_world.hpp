@@ -19,17 +19,13 @@ class WorldSolver {
 
   explicit WorldSolver(World world) : world_(std::move(world)) {}
 
-  void start(const Held&, double t, const State&) noexcept { t_ = t; }
-  void advance(const Held& plant, double t1) noexcept {
-    world_.advance(plant.input, t_, t1);
-    t_ = t1;
-  }
+  void start(const Held&, double, const State&) noexcept {}  // a world starts by itself, at 0 s
+  void advance(const Held& plant, double t1) noexcept { world_.advance(plant.input, t1); }
   State state() const noexcept { return {world_.encoder(), 0.0, world_.motor_encoder()}; }
   const World& world() const noexcept { return world_; }
 
  private:
   World world_;
-  double t_ = 0;
 };
 
 }  // namespace farhand

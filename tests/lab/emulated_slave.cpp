@@ -1,45 +1,11 @@
 #include "tests/lab/emulated_slave.hpp"
 
-#include <span>
-
 #include "common/config/station_params.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/runtime/side_of.hpp"
-#include "slave/emulator_params.hpp"
+#include "tests/lab/emulated_port.hpp"
 
 namespace farhand {
-namespace {
-
-// The serial cable and the emulated orthosis behind it, as McuAxis takes a port.
-class EmulatedPort {
- public:
-  explicit EmulatedPort(const scene::Scene& scene)
-      : orthosis_(emulator_params(scene), scene.slave().series_elastic().serial_one_way_s()) {}
-
-  std::size_t read(std::span<std::uint8_t> bytes, double t_s) noexcept {
-    const Nanoseconds now = from_seconds(t_s);
-    orthosis_.advance(now);
-    std::size_t count = 0;
-    while (count < bytes.size() && orthosis_.receive(now, bytes[count])) ++count;
-    return count;
-  }
-  bool write(std::span<const std::uint8_t> bytes, double t_s) noexcept {
-    orthosis_.send(bytes.data(), bytes.size(), from_seconds(t_s));
-    return true;
-  }
-  bool lost() noexcept { return false; }
-
-  Truth truth() const noexcept {
-    const SeriesElasticWorld::Truth world = orthosis_.emulator().world().truth();
-    return {world.x, world.v, world.f};
-  }
-
- private:
-  OrthosisOnSerial orthosis_;
-};
-
-}  // namespace
-
 std::unique_ptr<Side> make_emulated_slave(const scene::Scene& scene, std::uint32_t session) {
   return std::make_unique<SideOf<FourChannel, McuAxis<EmulatedPort>>>(slave_station_params(scene, session), scene);
 }

@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/lab/endure.hpp"
+#include "tests/lab/write_to.hpp"
 
 namespace farhand {
 namespace {
@@ -67,13 +67,7 @@ int endure_scene(const EndureChoice& choice) {
   std::fprintf(out, "%.0f s in %.1f s, %.0f times real time\n", loaded.scene.duration_s(), wall_s,
                loaded.scene.duration_s() / wall_s);
   const nlohmann::ordered_json all = {{"scene", loaded.name}, {"seed", loaded.scene.seed()}, {"lines", lines}};
-  if (choice.json == "-") std::printf("%s\n", all.dump(2).c_str());
-  if (!choice.json.empty() && choice.json != "-") {
-    std::ofstream file(choice.json);
-    file << all.dump(2) << '\n';
-    file.close();
-    if (!file) throw std::runtime_error("cannot write " + choice.json);
-  }
+  write_to(choice.json, [&](std::ostream& to) { to << all.dump(2) << '\n'; });
   return kExitOk;
 }
 

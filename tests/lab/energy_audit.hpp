@@ -28,16 +28,15 @@ class EnergyAudit {
     constexpr double kNode = 0.7745966692414834, kAt[] = {0.5 - 0.5 * kNode, 0.5, 0.5 + 0.5 * kNode};
     constexpr double kWeight[] = {5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0};
     const double h = t1_s - t0_s;
-    double supplied = 0, dissipated = 0, exchanged = 0, t = t0_s;
+    double supplied = 0, dissipated = 0, exchanged = 0;
     for (int i = 0; i < 3; ++i) {
-      second_.advance(input, t, t0_s + kAt[i] * h);
-      t = t0_s + kAt[i] * h;
+      second_.advance(input, t0_s + kAt[i] * h);
       const PowerFlow flow = second_.power();
       supplied += kWeight[i] * h * flow.supplied;
       dissipated += kWeight[i] * h * flow.dissipated;
       exchanged += kWeight[i] * h * (std::fabs(flow.supplied) + flow.dissipated);
     }
-    second_.advance(input, t, t1_s);
+    second_.advance(input, t1_s);
     const double stored = world.stored_energy(), residual = stored - stored_ - supplied + dissipated;
     stored_ = stored;
     balance.residual_j += residual;

@@ -7,6 +7,7 @@
 #include "common/config/schema.hpp"
 #include "tests/lab/explain_costs.hpp"
 #include "tests/lab/explain_plants.hpp"
+#include "tests/lab/explain_sizes.hpp"
 
 namespace farhand {
 namespace {

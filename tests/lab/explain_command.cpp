@@ -1,12 +1,10 @@
 #include "tests/lab/explain_command.hpp"
 
 #include <CLI/CLI.hpp>
-#include <cmath>
-#include <fstream>
-#include <iomanip>
 #include <iostream>
 
 #include "tests/lab/explain_text.hpp"
+#include "tests/lab/write_to.hpp"
 
 namespace farhand {
 
@@ -24,16 +22,8 @@ CLI::App* add_explain(CLI::App& app, ExplainChoice& choice) {
 
 int explain_scene(const ExplainChoice& choice) {
   const Explanation explanation = explain(choice.scene.load());
-  if (choice.json == "-") {
-    std::cout << json_text(explanation) << '\n';
-    return kExitOk;
-  }
-  print_explanation(explanation, std::cout);
-  if (choice.json.empty()) return kExitOk;
-  std::ofstream file(choice.json);
-  file << json_text(explanation) << '\n';
-  file.close();
-  if (!file) throw std::runtime_error("cannot write " + choice.json);
+  if (choice.json != "-") print_explanation(explanation, std::cout);
+  write_to(choice.json, [&](std::ostream& to) { to << json_text(explanation) << '\n'; });
   return kExitOk;
 }
 

@@ -15,64 +15,14 @@
 #include "tests/bench/station_inputs.hpp"
 #include "tests/lab/emulated_slave.hpp"
 #include "tests/lab/explain_link.hpp"
+#include "tests/lab/measure.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Direct = DirectDrive<1>;
 using Referenced = ReferenceDrive<1>;
-
-// The compiler must make the value and may not know where it went.
-template <class T>
-void keep(const T& value) {
-  asm volatile("" : : "r,m"(&value) : "memory");
-}
-
-double ns_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
-}
-
-// Time that this thread had a processor: what others do meanwhile is not counted. Asking costs too much for one tick.
-double thread_ns() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
-
-Cost summary(std::vector<double> ns) {
-  std::sort(ns.begin(), ns.end());
-  return {ns[ns.size() / 2], ns[ns.size() / 4], ns[ns.size() - 1 - ns.size() / 4]};
-}
-
-constexpr int kBatches = 9;
-
-// batch() does `ticks` ticks. The first one warms up and is not counted.
-template <class Batch>
-Cost measure(std::size_t ticks, Batch&& batch) {
-  std::vector<double> ns;
-  for (int k = 0; k <= kBatches; ++k) {
-    const double start = thread_ns();
-    batch();
-    if (k > 0) ns.push_back((thread_ns() - start) / static_cast<double>(ticks));
-  }
-  return summary(std::move(ns));
-}
-
-// What one part adds to a whole: pairs measured in turn, so that a machine that slows down slows both.
-template <class With, class Without>
-Cost difference(std::size_t ticks, With&& with, Without&& without) {
-  std::vector<double> ns;
-  for (int k = 0; k <= kBatches; ++k) {
-    const double start = thread_ns();
-    with();
-    const double middle = thread_ns();
-    without();
-    if (k > 0) ns.push_back((2 * middle - start - thread_ns()) / static_cast<double>(ticks));
-  }
-  return summary(std::move(ns));
-}
 
 Motion<1> motion(double x, double v, double f) { return {Joints<1>(x), Joints<1>(v), Joints<1>(f)}; }
 
@@ -317,8 +267,7 @@ class Meter {
       for (std::size_t k = from; k < from + kChunk; ++k) {
         const double input = torque ? in.rows[k].command_nm : in.rows[k].true_v_rad_s;
         const double t_s = in.rows[k].t_s;
-        for (double i = 0; i < loops; ++i)
-          advanced.advance(input, t_s + i / loops * dt_s_, t_s + (i + 1) / loops * dt_s_);
+        for (double i = 0; i < loops; ++i) advanced.advance(input, t_s + (i + 1) / loops * dt_s_);
       }
       return (thread_ns() - start) / static_cast<double>(kChunk);
     };
@@ -422,11 +371,6 @@ class Batches final : public Witness {
   std::vector<double> ticks_[2];
 };
 
-// Keeps nothing.
-struct Blind final : Witness {
-  void ticked(bool, const Side&, double, OperatorAct) override {}
-};
-
 void Meter::whole(Explanation& to) const {
   const double watch_ns = measure(1000, [] {
                             for (int k = 0; k < 1000; ++k) keep(Clock::now());
@@ -446,82 +390,15 @@ void Meter::whole(Explanation& to) const {
   std::vector<double> runs;
   for (int k = 0; k < 5; ++k) {
     const Sides again = make_sides(scene_);
-    Blind blind;
+    Witness nobody;
     const double start = thread_ns();
-    const RunCounters counters = simulate(loaded, again, blind);
+    const RunCounters counters = simulate(loaded, again, nobody);
     runs.push_back((thread_ns() - start) / static_cast<double>(counters.master.ticks));
   }
   to.run = summary(runs);
 }
 
-template <template <class> class Scene, class Drive, class Axis>
-void station_sizes(std::size_t& station, std::size_t& side) {
-  station = sizeof(Station<Scene<Drive>>);
-  side = sizeof(SideOf<Scene, Axis>);
-}
-
-std::size_t size_of(const Block& block) {
-  switch (block.id) {
-    case BlockId::kVelocity:
-      return sizeof(Derivative<1>);
-    case BlockId::kDob:
-      return sizeof(Dob<1>);
-    case BlockId::kRtob:
-      return sizeof(Rtob<1>);
-    case BlockId::kLaw:
-      return sizeof(FourChannelGains);
-    case BlockId::kCdob:
-      return sizeof(Cdob<1>);
-    case BlockId::kSdcv:
-      return sizeof(Sdcv<1>);
-    case BlockId::kTorqueGate:
-      return sizeof(TorqueGate<1>);
-    case BlockId::kReferenceGate:
-      return sizeof(ReferenceGate<1>);
-    case BlockId::kBlend:
-      return sizeof(Blend<1>);
-    case BlockId::kEngagement:
-      return sizeof(Engagement);
-    case BlockId::kReceiver:
-      return sizeof(Receiver<1>);
-    case BlockId::kCodec:
-      return sizeof(PacketCodec<1>);
-    case BlockId::kDelay:
-      return link_bytes();
-    case BlockId::kSerial:
-      return 2 * sizeof(SerialLine) + 2 * sizeof(mcu::FrameDecoder);
-    case BlockId::kMcu:
-      return sizeof(mcu::OrthosisMcu);
-    case BlockId::kHand:
-      return sizeof(Hand);
-    case BlockId::kWall:
-      return sizeof(Wall);
-    default:
-      return 0;
-  }
-}
-
 }  // namespace
-
-void add_sizes(const scene::Scene& scene, Explanation& to) {
-  for (Block& block : to.blocks) {
-    if (block.contained && block.bytes == 0) block.bytes = size_of(block);
-  }
-  using OnMotor = SimulatedAxis<MasterWorld>;
-  if (scene.architecture() == scene::FOUR_CHANNEL) {
-    station_sizes<FourChannel, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
-  } else if (scene.architecture() == scene::FOUR_CHANNEL_CDOB) {
-    station_sizes<FourChannelCdob, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
-  } else {
-    station_sizes<FourChannelCdobSdcv, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
-  }
-  if (scene.slave().device() == scene::SERIES_ELASTIC) {
-    to.slave_station_bytes = sizeof(Station<FourChannel<Referenced>>);
-    to.slave_side_bytes = to.slave_station_bytes + sizeof(OrthosisOnSerial);
-  } else {
-    station_sizes<FourChannel, Direct, SimulatedAxis<DirectSlaveWorld>>(to.slave_station_bytes, to.slave_side_bytes);
-  }
-}
 
 void add_costs(const LoadedScene& loaded, Explanation& explanation) {
   LoadedScene part = loaded;  // contact in every shipped scene that has one; short enough to wait for

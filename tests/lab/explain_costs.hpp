@@ -1,12 +1,9 @@
-// Bytes and time of the blocks of a scene.
+// Time of the blocks of a scene.
 #pragma once
 
 #include "tests/lab/explain.hpp"
 
 namespace farhand {
-
-// What the compiler gives each block, station and side.
-void add_sizes(const scene::Scene& scene, Explanation& explanation);
 
 // Runs the scene, then each contained block alone on what it saw in that run.
 void add_costs(const LoadedScene& loaded, Explanation& explanation);

@@ -11,7 +11,7 @@ std::size_t carry(const scene::Scene& scene, std::size_t ticks) {
   const std::array<std::byte, PacketCodec<1>::kSize> bytes{};
   const Nanoseconds tick = from_seconds(scene.tick_s());
   LinkModel model(link_params(path), scene.seed(), LinkDirection::kForward);
-  PendingDatagrams way(static_cast<std::size_t>((path.delay_s() + 10 * path.jitter_s()) / scene.tick_s()) + 16);
+  PendingDatagrams way(datagrams_on_way(path, scene.tick_s()));
   std::size_t came = 0;
   for (std::size_t k = 0; k < ticks; ++k) {
     const Nanoseconds now = static_cast<Nanoseconds>(k) * tick;

@@ -90,6 +90,20 @@ void Bounce::advance(double torque, double seconds) {
   }
 }
 
+MotorAxis::Params motor_of(const LuGrePlan& plan) {
+  return {.J = plan.J,
+          .viscous = 0,
+          .encoder_counts_per_rev = 0,
+          .stop_min = -7,
+          .stop_max = 7,
+          .bristle = Bristle::Params{.F_c = plan.F_c,
+                                     .F_s = plan.F_s,
+                                     .v_s = plan.v_s,
+                                     .sigma_0 = plan.sigma_0,
+                                     .sigma_1 = plan.sigma_1,
+                                     .sigma_2 = plan.sigma_2}};
+}
+
 std::vector<std::array<double, 3>> lugre_reference(const LuGrePlan& plan) {
   namespace odeint = boost::numeric::odeint;
   using State = std::vector<Long>;

@@ -5,6 +5,8 @@
 #include <functional>
 #include <vector>
 
+#include "common/plant/axis_plant.hpp"
+
 namespace farhand::extreme {
 
 // A mass between one-sided springs: J x'' = tau - D x' - sum of pushes, push = side max(0, k p + b p'), p = side (x -
@@ -98,6 +100,8 @@ struct LuGrePlan {
   std::vector<double> torques;  // each held for `seconds`
   double seconds;
 };
+// The motor of the product with the same axis and friction, and nothing else.
+MotorAxis::Params motor_of(const LuGrePlan& plan);
 // x, v and bristle torque after each piece.
 std::vector<std::array<double, 3>> lugre_reference(const LuGrePlan& plan);
 

@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <thread>
@@ -10,24 +9,9 @@
 #include "common/runtime/program.hpp"
 #include "tests/lab/extreme.hpp"
 #include "tests/lab/extreme_report.hpp"
+#include "tests/lab/write_to.hpp"
 
 namespace farhand {
-namespace {
-
-void write(const std::string& path, const std::string& text) {
-  if (path.empty()) return;
-  if (path == "-") {
-    std::cout << text << std::flush;
-    return;
-  }
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) throw std::runtime_error("could not write " + path);
-}
-
-}  // namespace
-
 CLI::App* add_extreme(CLI::App& app, ExtremeChoice& choice) {
   CLI::App* extreme = app.add_subcommand(
       "extreme", "run the catalogue of stiff and extreme cases; exit code 3 if one comes out otherwise than expected");
@@ -63,9 +47,9 @@ int run_extreme(const ExtremeChoice& choice) {
   out << extreme::summary_text(results) << "  longest: " << slowest->of->family << ", " << slowest->of->name << ", "
       << std::setprecision(3) << slowest->wall_s << " s\n"
       << "  " << std::setprecision(3) << wall_s << " s on " << threads << " threads\n";
-  write(choice.json, extreme::json_of(results));
-  write(choice.csv, extreme::csv_of(results));
-  write(choice.report, extreme::html_of(results));
+  write_to(choice.json, [&](std::ostream& to) { to << extreme::json_of(results); });
+  write_to(choice.csv, [&](std::ostream& to) { to << extreme::csv_of(results); });
+  write_to(choice.report, [&](std::ostream& to) { to << extreme::html_of(results); });
   return wrong == 0 ? kExitOk : kExitVerdictFailed;
 }
 

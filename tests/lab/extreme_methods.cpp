@@ -168,17 +168,7 @@ void add_bristle(Cases& cases, double sigma_0, Expected expected) {
                        .torques = {0.04},
                        .seconds = 0.2};
            const double end = lugre_reference(l)[0][0];
-           plan.params.motor = {.J = l.J,
-                                .viscous = 0,
-                                .encoder_counts_per_rev = 0,
-                                .stop_min = -7,
-                                .stop_max = 7,
-                                .bristle = Bristle::Params{.F_c = l.F_c,
-                                                           .F_s = l.F_s,
-                                                           .v_s = l.v_s,
-                                                           .sigma_0 = sigma_0,
-                                                           .sigma_1 = sigma_1,
-                                                           .sigma_2 = l.sigma_2}};
+           plan.params.motor = motor_of(l);
            plan.input = [](int) { return 0.04; };
            const SecondWay way = [&](int tick, double) { return tick < 199 ? Outcome::kNan : end; };
            return judged(run_stepping<Scheme>(plan, way), "Fehlberg 7(8), long double, at the end", 1e-5);

@@ -16,73 +16,9 @@
 #include "common/integrate/semi_implicit_euler.hpp"
 #include "common/integrate/stiffness.hpp"
 #include "tests/lab/extreme_probe.hpp"
+#include "tests/support/metered.hpp"
 
 namespace farhand::extreme {
-
-// P with one more state: the integral of what is supplied less what is dissipated. It acts on nothing, so the states of
-// P are as without it.
-template <Plant P>
-class Metered {
- public:
-  static constexpr std::size_t kStates = P::kStates + 1, kGuards = P::kGuards;
-  using State = std::array<double, kStates>;
-  static constexpr auto kPositions = [] {
-    std::array<bool, kStates> all{};
-    for (std::size_t i = 0; i < P::kStates; ++i) all[i] = is_position<P>(i);
-    return all;
-  }();
-
-  explicit Metered(const P& inner) : plant(inner) {}
-  P plant;
-
-  static typename P::State inner(const State& x) noexcept {
-    typename P::State y;
-    std::copy_n(x.begin(), P::kStates, y.begin());
-    return y;
-  }
-  double balance(Mode mode, double t, const typename P::State& x) const noexcept {
-    const auto power = plant.power(mode, t, x);
-    return power.supplied - power.dissipated;
-  }
-
-  Mode mode_at(double t, const State& x) const noexcept { return plant.mode_at(t, inner(x)); }
-  State derivative(Mode mode, double t, const State& x) const noexcept {
-    State d;
-    const auto of = inner(x), slope = plant.derivative(mode, t, of);
-    std::copy(slope.begin(), slope.end(), d.begin());
-    d[P::kStates] = balance(mode, t, of);
-    return d;
-  }
-  StateMatrix<kStates> jacobian(Mode mode, double t, const State& x) const noexcept {
-    StateMatrix<kStates> J{};
-    const auto of = inner(x);
-    const auto A = plant.jacobian(mode, t, of);
-    for (std::size_t i = 0; i < P::kStates; ++i) {
-      std::copy(A[i].begin(), A[i].end(), J[i].begin());
-      auto above = of, below = of;  // a power is quadratic in most states: the difference is exact but for rounding
-      const double h = 1e-6 * (1.0 + std::fabs(of[i]));
-      above[i] += h, below[i] -= h;
-      J[P::kStates][i] = (balance(mode, t, above) - balance(mode, t, below)) / (2 * h);
-    }
-    return J;
-  }
-  State time_derivative(Mode mode, double t, const State& x) const noexcept {
-    State d{};
-    const auto of = inner(x), slope = plant.time_derivative(mode, t, of);
-    std::copy(slope.begin(), slope.end(), d.begin());
-    return d;
-  }
-  std::array<double, kGuards> guards(Mode mode, double t, const State& x) const noexcept {
-    return plant.guards(mode, t, inner(x));
-  }
-  Mode cross(Mode mode, std::size_t guard, double t, State& x) const noexcept {
-    auto of = inner(x);
-    const Mode next = plant.cross(mode, guard, t, of);
-    std::copy(of.begin(), of.end(), x.begin());
-    return next;
-  }
-  double next_break(double t) const noexcept { return plant.next_break(t); }
-};
 
 template <Plant P>
 struct PlantPlan {
@@ -132,23 +68,22 @@ template <class Scheme, Plant P>
 PlantRecord run_stepping(const PlantPlan<P>& plan, const SecondWay& second_way) {
   Metered<P> metered{P(plan.params)};
   Integrator<Scheme, Metered<P>> solver(plan.settings);
-  typename Metered<P>::State start{};
-  std::copy(plan.start.begin(), plan.start.end(), start.begin());
-  metered.plant.hold(plan.input(0));
-  solver.start(metered, 0.0, start);
+  metered.hold(plan.input(0));
+  solver.start(metered, 0.0, Metered<P>::with(plan.start, 0.0, 0.0));
   PlantRecord record;
   Turnover energy;
-  energy.add(metered.plant.stored_energy(0.0, plan.start), 0.0, 0.0);
+  energy.add(metered.plant().stored_energy(0.0, plan.start), 0.0, 0.0);
   double work = 0, last = plan.start[0];
   for (int k = 0; k < plan.ticks; ++k) {
     const double input = plan.input(k), t = (k + 1) * plan.tick_s;
-    metered.plant.hold(input);
+    metered.hold(input);
     solver.advance(metered, t);
     const auto& x = solver.state();
     for (const double value : x) record.finite &= std::isfinite(value);
     record.error = std::fmax(record.error, std::fabs(x[0] - second_way(k, input)));
     work += input * (x[0] - last), last = x[0];
-    energy.add(metered.plant.stored_energy(t, Metered<P>::inner(x)), x[P::kStates], work);
+    energy.add(metered.plant().stored_energy(t, Metered<P>::own(x)),
+               x[Metered<P>::kSupplied] - x[Metered<P>::kDissipated], work);
   }
   record.gained = energy.gained(), record.imbalance = energy.imbalance();
   record.status = solver.status(), record.counters = solver.counters();

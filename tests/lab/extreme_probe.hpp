@@ -55,7 +55,7 @@ class EnergyMeter {
     const double h = (t1 - t0) / pieces;
     for (int k = 0; k <= pieces; ++k) {
       const double t = k == pieces ? t1 : t0 + k * h;
-      if (k > 0) world.advance(input, t0 + (k - 1) * h, t);
+      if (k > 0) world.advance(input, t);
       const double weight = h / 3 * (k == 0 || k == pieces ? 1 : (k % 2 == 1 ? 4 : 2));
       const auto s = state();
       add(weight, plant.power(plant.mode_at(t, s), t, s));

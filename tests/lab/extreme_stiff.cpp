@@ -38,17 +38,7 @@ Case bristle_case(const std::string& name, double sigma_0, double sigma_1, doubl
             const LuGrePlan l = lugre(sigma_0, sigma_1);
             const auto exact = lugre_reference(l);
             PlantPlan<BristlePlant> plan;
-            plan.params.motor = {.J = l.J,
-                                 .viscous = 0,
-                                 .encoder_counts_per_rev = 0,
-                                 .stop_min = -7,
-                                 .stop_max = 7,
-                                 .bristle = Bristle::Params{.F_c = l.F_c,
-                                                            .F_s = l.F_s,
-                                                            .v_s = l.v_s,
-                                                            .sigma_0 = sigma_0,
-                                                            .sigma_1 = sigma_1,
-                                                            .sigma_2 = l.sigma_2}};
+            plan.params.motor = motor_of(l);
             plan.input = push;
             plan.settings.max_step = step;
             const SecondWay way = [&](int tick, double) { return exact[static_cast<std::size_t>(tick)][0]; };

@@ -1,30 +1,12 @@
 #include "tests/lab/precision_command.hpp"
 
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <iostream>
 
 #include "tests/lab/precision_report.hpp"
+#include "tests/lab/write_to.hpp"
 
 namespace farhand {
-namespace {
-
-template <class Write>
-void write_to(const std::string& path, Write&& write) {
-  if (path.empty()) return;
-  if (path == "-") {
-    write(std::cout);
-    std::cout.flush();
-    return;
-  }
-  std::ofstream file(path, std::ios::binary);
-  write(file);
-  file.close();
-  if (!file) throw std::runtime_error("could not write " + path);
-}
-
-}  // namespace
-
 CLI::App* add_precision(CLI::App& app, PrecisionChoice& choice) {
   CLI::App* command = app.add_subcommand(
       "precision", "error of position and force against wall time: every integrator in the bare loop of a scene");

@@ -29,11 +29,6 @@ struct LocalClock {
   }
 };
 
-// Room for everything that a direction can hold on its way; a normal delay beyond ten deviations is not to be met.
-std::size_t room(const scene::Path& path, double tick_s) {
-  return static_cast<std::size_t>((path.delay_s() + 10.0 * path.jitter_s()) / tick_s) + 16;
-}
-
 class Run {
  public:
   Run(const scene::Scene& scene, const Sides& sides, Witness& witness)
@@ -44,8 +39,8 @@ class Run {
         witness_(witness),
         forward_(link_params(scene.network().forward()), scene.seed(), LinkDirection::kForward),
         backward_(link_params(scene.network().backward()), scene.seed(), LinkDirection::kBackward),
-        to_slave_(room(scene.network().forward(), scene.tick_s())),
-        to_master_(room(scene.network().backward(), scene.tick_s())),
+        to_slave_(datagrams_on_way(scene.network().forward(), scene.tick_s())),
+        to_master_(datagrams_on_way(scene.network().backward(), scene.tick_s())),
         acts_(scene) {
     slave_clock_.offset = from_seconds(scene.network().peer_clock_offset_s());
     slave_clock_.skew = scene.network().peer_clock_skew_ppm() * 1e-6;

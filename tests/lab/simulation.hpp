@@ -20,13 +20,13 @@ struct Sides {
 // The simulated sides of a scene, as every run of the lab has them.
 Sides make_sides(const scene::Scene& scene);
 
-// Sees a run as it goes and keeps of it what it likes. What it is not told to keep is kept by nobody, so a run may last
-// for days of virtual time.
+// Sees a run as it goes and keeps of it what it likes; this one keeps nothing. What it is not told to keep is kept by
+// nobody, so a run may last for days of virtual time.
 class Witness {
  public:
   virtual ~Witness() = default;
   // After a tick of either side. act: what its operator did in it.
-  virtual void ticked(bool master, const Side& side, double t_s, OperatorAct act) = 0;
+  virtual void ticked(bool /*master*/, const Side& /*side*/, double /*t_s*/, OperatorAct /*act*/) {}
   // A packet entered the link.
   virtual void sent(const LinkSample& /*packet*/) {}
 };

@@ -3,19 +3,20 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <chrono>
-#include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <thread>
 
+#include "common/config/schema.hpp"
 #include "tests/lab/sweep.hpp"
+#include "tests/lab/write_to.hpp"
 
 namespace farhand {
 namespace {
 
 // field=from:to:count, both ends included.
-struct Axis {
-  std::string field;
+struct SweptField {
+  std::string name;
   double from, to;
   std::size_t count;
 
@@ -24,25 +25,20 @@ struct Axis {
   }
 };
 
-std::string text_of(double y) {
-  char buffer[64];
-  return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, y).ptr);
-}
-
 bool number(std::string_view text, auto& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size();
 }
 
 // False: an ordinary setting.
-bool parse_axis(const std::string& set, Axis& axis) {
+bool parse_range(const std::string& set, SweptField& field) {
   const std::size_t equals = set.find('='), first = set.find(':', equals), second = set.find(':', first + 1);
   if (equals == std::string::npos || first == std::string::npos || second == std::string::npos) return false;
   const std::string_view all(set);
-  axis.field = set.substr(0, equals);
-  return number(all.substr(equals + 1, first - equals - 1), axis.from) &&
-         number(all.substr(first + 1, second - first - 1), axis.to) && number(all.substr(second + 1), axis.count) &&
-         axis.count > 0;
+  field.name = set.substr(0, equals);
+  return number(all.substr(equals + 1, first - equals - 1), field.from) &&
+         number(all.substr(first + 1, second - first - 1), field.to) && number(all.substr(second + 1), field.count) &&
+         field.count > 0;
 }
 
 }  // namespace
@@ -59,31 +55,31 @@ CLI::App* add_sweep(CLI::App& app, SweepChoice& choice) {
 }
 
 int run_sweep(const SweepChoice& choice) {
-  std::vector<Axis> axes;
+  std::vector<SweptField> fields;
   std::vector<std::string> sets;
   for (const std::string& set : choice.scene.sets) {
-    Axis axis;
-    if (parse_axis(set, axis)) {
-      axes.push_back(axis);
+    SweptField field;
+    if (parse_range(set, field)) {
+      fields.push_back(field);
     } else {
       sets.push_back(set);
     }
   }
   std::size_t count = 1;
-  for (const Axis& axis : axes) {
-    if (axis.count > 10'000'000 / count) throw std::invalid_argument("a sweep has at most 10 million scenes");
-    count *= axis.count;
+  for (const SweptField& field : fields) {
+    if (field.count > 10'000'000 / count) throw std::invalid_argument("a sweep has at most 10 million scenes");
+    count *= field.count;
   }
-  // The last axis runs fastest.
-  const auto values = [&axes](std::size_t k) {
-    std::vector<double> out(axes.size());
-    for (std::size_t i = axes.size(); i-- > 0; k /= axes[i].count) out[i] = axes[i].at(k % axes[i].count);
+  // The last field runs fastest.
+  const auto values = [&fields](std::size_t k) {
+    std::vector<double> out(fields.size());
+    for (std::size_t i = fields.size(); i-- > 0; k /= fields[i].count) out[i] = fields[i].at(k % fields[i].count);
     return out;
   };
   const auto scene_of = [&](std::size_t k) {
     std::vector<std::string> all = sets;
     const std::vector<double> at = values(k);
-    for (std::size_t i = 0; i < axes.size(); ++i) all.push_back(axes[i].field + "=" + text_of(at[i]));
+    for (std::size_t i = 0; i < fields.size(); ++i) all.push_back(fields[i].name + "=" + shortest(at[i]));
     return load_scene(choice.scene.scene, all, choice.scene.seed).scene;
   };
   scene_of(0), scene_of(count - 1);  // mistakes are said before anything runs
@@ -93,19 +89,16 @@ int run_sweep(const SweepChoice& choice) {
   const std::vector<SweepOutcome> outcomes = sweep(count, scene_of, std::max(1, threads));
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
-  std::ofstream file;
-  if (!choice.csv.empty() && choice.csv != "-") file.open(choice.csv, std::ios::binary);
-  std::ostream& out = file.is_open() ? file : std::cout;
-  for (const Axis& axis : axes) out << axis.field << ',';
-  out << "x_m_rad,x_s_rad,f_m_nm,f_s_nm,tracking_rms_rad,residual_p2p_rad,ended\n";
-  for (std::size_t k = 0; k < count; ++k) {
-    for (const double value : values(k)) out << text_of(value) << ',';
-    const SweepOutcome& o = outcomes[k];
-    for (const double y : {o.x_m, o.x_s, o.f_m, o.f_s, o.tracking_rms, o.residual}) out << text_of(y) << ',';
-    out << (o.failure.empty() ? "ok" : o.failure) << '\n';
-  }
-  out.flush();
-  if (!out) throw std::runtime_error("could not write " + choice.csv);
+  write_to(choice.csv, [&](std::ostream& out) {
+    for (const SweptField& field : fields) out << field.name << ',';
+    out << "x_m_rad,x_s_rad,f_m_nm,f_s_nm,tracking_rms_rad,residual_p2p_rad,ended\n";
+    for (std::size_t k = 0; k < count; ++k) {
+      for (const double value : values(k)) out << shortest(value) << ',';
+      const SweepOutcome& o = outcomes[k];
+      for (const double y : {o.x_m, o.x_s, o.f_m, o.f_s, o.tracking_rms, o.residual}) out << shortest(y) << ',';
+      out << (o.failure.empty() ? "ok" : o.failure) << '\n';
+    }
+  });
   std::cerr << count << " scenes in " << std::setprecision(3) << wall_s << " s on " << threads << " threads, "
             << static_cast<double>(count) / wall_s << " per second with loading\n";
   return kExitOk;

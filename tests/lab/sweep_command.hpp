@@ -8,7 +8,7 @@ namespace farhand {
 struct SweepChoice {
   SceneChoice scene;
   int threads = 0;  // 0: all cores
-  std::string csv;
+  std::string csv = "-";
 };
 
 CLI::App* add_sweep(CLI::App& app, SweepChoice& choice);

@@ -12,7 +12,7 @@ namespace {
 // J x'' + b x' + k x = tau over one period of held torque: Taylor series over parts of it.
 class ExactAxis {
  public:
-  ExactAxis(const Axis& axis, double dt)
+  ExactAxis(const LoadedAxis& axis, double dt)
       : axis_(axis),
         parts_(1 + static_cast<int>(4 * dt * (std::sqrt(axis.k / axis.J) + axis.b / axis.J))),
         h_(dt / parts_) {}
@@ -33,7 +33,7 @@ class ExactAxis {
   double x_ = 0, v_ = 0;
 
  private:
-  Axis axis_;
+  LoadedAxis axis_;
   int parts_;
   double h_;
 };

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
-#include "common/integrate/plant.hpp"
+#include "common/integrate/semi_implicit_euler.hpp"
 #include "common/plant/power_flow.hpp"
 
 namespace farhand {
@@ -17,7 +18,7 @@ class Metered {
   static constexpr std::size_t kGuards = P::kGuards;
   static constexpr std::array<bool, kStates> kPositions = [] {
     std::array<bool, kStates> all{};
-    for (std::size_t i = 0; i + 1 < P::kStates; i += 2) all[i] = true;
+    for (std::size_t i = 0; i < P::kStates; ++i) all[i] = is_position<P>(i);
     return all;
   }();
   using State = std::array<double, kStates>;
@@ -32,6 +33,13 @@ class Metered {
     std::copy_n(s.begin(), P::kStates, x.begin());
     return x;
   }
+  // A state of the plant and what the meters show.
+  static State with(const Own& x, double supplied, double dissipated) noexcept {
+    State s;
+    std::copy(x.begin(), x.end(), s.begin());
+    s[kSupplied] = supplied, s[kDissipated] = dissipated;
+    return s;
+  }
   const P& plant() const noexcept { return plant_; }
 
   Mode mode_at(double t, const State& s) const noexcept { return plant_.mode_at(t, own(s)); }
@@ -41,16 +49,16 @@ class Metered {
   }
   // Exact for the plant; the meters' rows are differences, on which nothing depends but their own accuracy.
   StateMatrix<kStates> jacobian(Mode mode, double t, const State& s) const noexcept {
-    constexpr double kStep = 1e-6;
     StateMatrix<kStates> J{};
     const auto inner = plant_.jacobian(mode, t, own(s));
     for (std::size_t j = 0; j < P::kStates; ++j) {
       for (std::size_t i = 0; i < P::kStates; ++i) J[i][j] = inner[i][j];
-      Own up = own(s), down = up;
-      up[j] += kStep, down[j] -= kStep;
+      Own up = own(s), down = up;  // a power is quadratic in most states: the difference is exact but for rounding
+      const double step = 1e-6 * (1.0 + std::fabs(up[j]));
+      up[j] += step, down[j] -= step;
       const PowerFlow above = plant_.power(mode, t, up), below = plant_.power(mode, t, down);
-      J[kSupplied][j] = (above.supplied - below.supplied) / (2.0 * kStep);
-      J[kDissipated][j] = (above.dissipated - below.dissipated) / (2.0 * kStep);
+      J[kSupplied][j] = (above.supplied - below.supplied) / (2.0 * step);
+      J[kDissipated][j] = (above.dissipated - below.dissipated) / (2.0 * step);
     }
     return J;
   }
@@ -72,13 +80,6 @@ class Metered {
   double next_break(double t) const noexcept { return plant_.next_break(t); }
 
  private:
-  static State with(const Own& x, double supplied, double dissipated) noexcept {
-    State s;
-    std::copy(x.begin(), x.end(), s.begin());
-    s[kSupplied] = supplied, s[kDissipated] = dissipated;
-    return s;
-  }
-
   P plant_;
 };
 

@@ -1,0 +1,84 @@
+#include "tests/lab/explain_sizes.hpp"
+
+#include "common/device/mcu_axis.hpp"
+#include "common/device/simulated_axis.hpp"
+#include "common/link/codec.hpp"
+#include "common/runtime/side_of.hpp"
+#include "slave/emulator_params.hpp"
+#include "tests/lab/explain_link.hpp"
+
+namespace farhand {
+namespace {
+
+using Direct = DirectDrive<1>;
+
+template <template <class> class Scene, class Drive, class Axis>
+void station_sizes(std::size_t& station, std::size_t& side) {
+  station = sizeof(Station<Scene<Drive>>);
+  side = sizeof(SideOf<Scene, Axis>);
+}
+
+std::size_t size_of(const Block& block) {
+  switch (block.id) {
+    case BlockId::kVelocity:
+      return sizeof(Derivative<1>);
+    case BlockId::kDob:
+      return sizeof(Dob<1>);
+    case BlockId::kRtob:
+      return sizeof(Rtob<1>);
+    case BlockId::kLaw:
+      return sizeof(FourChannelGains);
+    case BlockId::kCdob:
+      return sizeof(Cdob<1>);
+    case BlockId::kSdcv:
+      return sizeof(Sdcv<1>);
+    case BlockId::kTorqueGate:
+      return sizeof(TorqueGate<1>);
+    case BlockId::kReferenceGate:
+      return sizeof(ReferenceGate<1>);
+    case BlockId::kBlend:
+      return sizeof(Blend<1>);
+    case BlockId::kEngagement:
+      return sizeof(Engagement);
+    case BlockId::kReceiver:
+      return sizeof(Receiver<1>);
+    case BlockId::kCodec:
+      return sizeof(PacketCodec<1>);
+    case BlockId::kDelay:
+      return link_bytes();
+    case BlockId::kSerial:
+      return 2 * sizeof(SerialLine) + 2 * sizeof(mcu::FrameDecoder);
+    case BlockId::kMcu:
+      return sizeof(mcu::OrthosisMcu);
+    case BlockId::kHand:
+      return sizeof(Hand);
+    case BlockId::kWall:
+      return sizeof(Wall);
+    default:
+      return 0;
+  }
+}
+
+}  // namespace
+
+void add_sizes(const scene::Scene& scene, Explanation& to) {
+  for (Block& block : to.blocks) {
+    if (block.contained && block.bytes == 0) block.bytes = size_of(block);
+  }
+  using OnMotor = SimulatedAxis<MasterWorld>;
+  if (scene.architecture() == scene::FOUR_CHANNEL) {
+    station_sizes<FourChannel, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
+  } else if (scene.architecture() == scene::FOUR_CHANNEL_CDOB) {
+    station_sizes<FourChannelCdob, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
+  } else {
+    station_sizes<FourChannelCdobSdcv, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
+  }
+  if (scene.slave().device() == scene::SERIES_ELASTIC) {
+    to.slave_station_bytes = sizeof(Station<FourChannel<ReferenceDrive<1>>>);
+    to.slave_side_bytes = to.slave_station_bytes + sizeof(OrthosisOnSerial);
+  } else {
+    station_sizes<FourChannel, Direct, SimulatedAxis<DirectSlaveWorld>>(to.slave_station_bytes, to.slave_side_bytes);
+  }
+}
+
+}  // namespace farhand

@@ -1,0 +1,112 @@
+// What makes a session ok, degraded or failed.
+#include "common/record/verdict.hpp"
+
+#include <gtest/gtest.h>
+
+#include "common/record/metrics.hpp"
+#include "tests/support/made_up_session.hpp"
+
+namespace farhand {
+namespace {
+
+Session good_session() { return session_of(still(0.2, -0.3, -0.3), still(0.2, 0.3, 0.3)); }
+
+void set_state(std::vector<StationSample>& samples, double from, double until, StationState state) {
+  for (StationSample& s : samples) {
+    if (s.t_s >= from && s.t_s < until) s.state = static_cast<int>(state);
+  }
+}
+
+std::string verdict(const Session& session, const scene::Scene& scene, std::string* why = nullptr) {
+  const Metrics metrics = compute_metrics(session, scene);
+  if (why != nullptr) {
+    why->clear();
+    for (const std::string& reason : metrics.list("reasons")) *why += reason + "\n";
+  }
+  return metrics.text("verdict");
+}
+
+TEST(Verdict, OkHasNoReasons) {
+  std::string why;
+  EXPECT_EQ(verdict(good_session(), windows(), &why), "ok");
+  EXPECT_EQ(why, "");
+}
+
+TEST(Verdict, FaultAndMissingEngagementFail) {
+  std::string why;
+  Session session = good_session();
+  set_state(session.slave, 8, 9, StationState::kFault);
+  EXPECT_EQ(verdict(session, windows(), &why), "failed");
+  EXPECT_NE(why.find("The slave went into fault at 8.00 s."), std::string::npos) << why;
+  session = good_session();
+  set_state(session.master, 0, 30, StationState::kReady);
+  EXPECT_EQ(verdict(session, windows(), &why), "failed");
+  EXPECT_NE(why.find("never engaged"), std::string::npos) << why;
+}
+
+TEST(Verdict, LimitsOfTheSceneDegrade) {
+  std::string why;
+  Session session = session_of(still(0.225, -0.3, -0.3), still(0.2, 0.3, 0.3));
+  EXPECT_EQ(verdict(session, windows(), &why), "degraded");
+  EXPECT_NE(why.find("RMS of 25.0 mrad, above the limit of 20.0 mrad"), std::string::npos) << why;
+  session = good_session();
+  session.slave_counters.late = 100;
+  EXPECT_EQ(verdict(session, windows(), &why), "degraded");
+  EXPECT_NE(why.find("4.76 %, above the limit of 2.00 %"), std::string::npos) << why;
+}
+
+TEST(Verdict, OverrunsDegradeOnlyWhatRanAgainstAClock) {
+  Session session = good_session();
+  session.slave_counters.ticks = 1000;
+  session.slave_counters.overruns = 11;
+  EXPECT_EQ(verdict(session, windows()), "ok");
+  session.deterministic = false;
+  EXPECT_EQ(verdict(session, windows()), "degraded");
+  session.slave_counters.overruns = 10;
+  EXPECT_EQ(verdict(session, windows()), "ok");
+}
+
+TEST(Verdict, HoldingForWantOfThePeerDegrades) {
+  std::string why;
+  Session session = good_session();
+  set_state(session.slave, 8, 8.5, StationState::kHolding);
+  EXPECT_EQ(verdict(session, windows(), &why), "degraded");
+  EXPECT_NE(why.find("held for 0.500 s"), std::string::npos) << why;
+}
+
+TEST(Verdict, HoldingOnRequestOrAtTheEndOfTheRunIsNoFlaw) {
+  scene::Scene scene = windows();
+  auto* act = scene.add_operator_acts();
+  act->set_at_s(7.9);
+  act->set_act(scene::HOLD);
+  act = scene.add_operator_acts();
+  act->set_at_s(8.4);
+  act->set_act(scene::ENGAGE);
+  Session session = good_session();
+  set_state(session.slave, 8, 8.5, StationState::kHolding);
+  EXPECT_EQ(verdict(session, scene), "ok");
+
+  session = good_session();
+  session.events = {{7.9, "master", "operator: hold"}, {8.4, "master", "operator: engage"}};
+  set_state(session.slave, 8, 8.5, StationState::kHolding);
+  EXPECT_EQ(verdict(session, windows()), "ok");
+
+  // The slave started half a second after the master and waits for it at the end.
+  session = good_session();
+  session.slave = side(still(0.2, 0.3, 0.3), 0.5, kDuration + 0.5);
+  set_state(session.slave, kDuration + 0.1, 30, StationState::kHolding);
+  EXPECT_EQ(verdict(session, windows()), "ok");
+}
+
+TEST(Verdict, ARecordingThatEndsEarlyDegrades) {
+  std::string why;
+  Session session = good_session();
+  session.master.resize(12000);
+  set_state(session.slave, 12.1, 30, StationState::kHolding);
+  EXPECT_EQ(verdict(session, windows(), &why), "degraded");
+  EXPECT_NE(why.find("The recording of the master covers 12.0 s of 20.0 s."), std::string::npos) << why;
+  EXPECT_NE(why.find("held"), std::string::npos) << why;
+}
+
+}  // namespace
+}  // namespace farhand

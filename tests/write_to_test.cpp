@@ -1,0 +1,44 @@
+// Where the results of the lab's commands go: into a whole file, to standard output, or nowhere; never silently
+// elsewhere.
+#include "tests/lab/write_to.hpp"
+
+#include <gtest/gtest.h>
+
+#include <iterator>
+
+#include "tests/support/scratch_directory.hpp"
+
+namespace farhand {
+namespace {
+
+TEST(WriteTo, AFileGetsAllOfIt) {
+  ScratchDirectory scratch;
+  const std::string path = (scratch / "x.csv").string();
+  write_to(path, [](std::ostream& out) { out << "a,b\n1,2\n"; });
+  std::ifstream file(path);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "a,b\n1,2\n");
+}
+
+TEST(WriteTo, WhatCannotBeWrittenIsSaidAndGoesNowhereElse) {
+  ScratchDirectory scratch;
+  const std::string path = (scratch / "none/x.csv").string();
+  testing::internal::CaptureStdout();
+  try {
+    write_to(path, [](std::ostream& out) { out << "lost"; });
+    ADD_FAILURE() << "nothing was said";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("cannot write " + path + ": No such file"), std::string::npos);
+  }
+  EXPECT_THROW(write_to("/dev/full", [](std::ostream& out) { out << "lost"; }), std::runtime_error);
+  write_to("", [](std::ostream& out) { out << "not asked for"; });
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+}
+
+TEST(WriteTo, ADashIsStandardOutput) {
+  testing::internal::CaptureStdout();
+  write_to("-", [](std::ostream& out) { out << "here"; });
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "here");
+}
+
+}  // namespace
+}  // namespace farhand
