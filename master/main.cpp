@@ -2,7 +2,6 @@
 // therapist, or with a device behind a serial line.
 #include <poll.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "common/runtime/program.hpp"
@@ -55,17 +54,17 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("The therapist's station.", "farhand-master");
-  add_scene_option(app, options.scene);
-  add_set_options(app, options.scene);
-  app.add_option("--listen", options.listen, "ADDR:PORT where the patient's box calls; port 0 takes a free one")
-      ->required();
-  app.add_option("--serial", options.serial,
-                 "serial port of the therapist's device; without it the therapist is simulated");
-  app.add_option("--record", options.record, "recording of this side (MCAP)");
-  app.add_option("--wait", options.wait_s, "seconds to wait for the patient's box")->check(CLI::Range(0.1, 1e6));
-  app.add_flag("--quiet", options.quiet, "no live status");
-  return run_program(app, argc, argv, [&] { return run(options); });
+  Program program("farhand-master", "The therapist's station.");
+  Command command = program.command();
+  add_scene_option(command, options.scene);
+  command.text("--listen", options.listen, "ADDR:PORT where the patient's box calls; port 0 takes a free one",
+               Needed::kYes);
+  command.text("--serial", options.serial,
+               "serial port of the therapist's device; without it the therapist is simulated");
+  command.text("--record", options.record, "recording of this side (MCAP)");
+  command.number("--wait", options.wait_s, 0.1, 1e6, "seconds to wait for the patient's box");
+  command.flag("--quiet", options.quiet, "no live status");
+  return program.run(argc, argv, [&] { return run(options); });
 }
 
 }  // namespace

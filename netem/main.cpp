@@ -1,7 +1,6 @@
 // farhand-netem: a bad network between two stations on this machine, as a scene describes it.
 #include <sys/prctl.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "common/runtime/program.hpp"
@@ -68,19 +67,15 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("A bad network between farhand-master and farhand-slave, as the scene describes it.", "farhand-netem");
-  app.add_option("--listen", options.listen, "ADDR:PORT that the slave dials; port 0 takes a free one")->required();
-  app.add_option("--forward", options.forward, "ADDR:PORT of the master")->required();
-  add_scene_option(app, options.scene);
-  add_set_options(app, options.scene);
-  app.add_option("--record", options.record, "recording of every packet (MCAP)");
-  app.add_option("--duration", options.duration_s, "seconds to run; 0 until stopped")
-      ->check([](const std::string& text) {
-        double value = -1;
-        const bool good = CLI::detail::lexical_cast(text, value) && value >= 0 && value <= 1e9;
-        return good ? std::string() : "'" + text + "' is not a number of seconds from 0 to 1e9";
-      });
-  return run_program(app, argc, argv, [&] { return run(options); });
+  Program program("farhand-netem",
+                  "A bad network between farhand-master and farhand-slave, as the scene describes it.");
+  Command command = program.command();
+  command.text("--listen", options.listen, "ADDR:PORT that the slave dials; port 0 takes a free one", Needed::kYes);
+  command.text("--forward", options.forward, "ADDR:PORT of the master", Needed::kYes);
+  add_scene_option(command, options.scene);
+  command.text("--record", options.record, "recording of every packet (MCAP)");
+  command.number("--duration", options.duration_s, 0, 1e9, "seconds to run; 0 until stopped");
+  return program.run(argc, argv, [&] { return run(options); });
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // farhand-slave: the patient's box. Dials the therapist's station and drives the hand orthosis through its MCU. A lost
 // peer never ends it: it holds and awaits its peer until its duration is over.
-#include <CLI/CLI.hpp>
 
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
@@ -38,14 +37,14 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("The patient's box.", "farhand-slave");
-  add_scene_option(app, options.scene);
-  add_set_options(app, options.scene);
-  app.add_option("--peer", options.peer, "ADDR:PORT of the therapist's station")->required();
-  app.add_option("--serial", options.serial, "serial port of the orthosis MCU (scenes with a SERIES_ELASTIC slave)");
-  app.add_option("--record", options.record, "recording of this side (MCAP)");
-  app.add_flag("--quiet", options.quiet, "no live status");
-  return run_program(app, argc, argv, [&] { return run(options); });
+  Program program("farhand-slave", "The patient's box.");
+  Command command = program.command();
+  add_scene_option(command, options.scene);
+  command.text("--peer", options.peer, "ADDR:PORT of the therapist's station", Needed::kYes);
+  command.text("--serial", options.serial, "serial port of the orthosis MCU (scenes with a SERIES_ELASTIC slave)");
+  command.text("--record", options.record, "recording of this side (MCAP)");
+  command.flag("--quiet", options.quiet, "no live status");
+  return program.run(argc, argv, [&] { return run(options); });
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 // instead of catching up, so that a busy machine does not look like a dead cable.
 #include <poll.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
 
@@ -115,12 +114,12 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app("The emulated orthosis: MCU and hand behind a pseudo terminal.", "farhand-mcu");
-  add_scene_option(app, options.scene);
-  add_set_options(app, options.scene);
-  app.add_option("--link", options.link, "path of the serial port to make (a symbolic link)")->required();
-  app.add_option("--record", options.record, "recording of the simulated orthosis (MCAP)");
-  return run_program(app, argc, argv, [&] { return run(options); });
+  Program program("farhand-mcu", "The emulated orthosis: MCU and hand behind a pseudo terminal.");
+  Command command = program.command();
+  add_scene_option(command, options.scene);
+  command.text("--link", options.link, "path of the serial port to make (a symbolic link)", Needed::kYes);
+  command.text("--record", options.record, "recording of the simulated orthosis (MCAP)");
+  return program.run(argc, argv, [&] { return run(options); });
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "common/control/cdob.hpp"
+#include "common/control/four_channel.hpp"
 #include "common/control/limits.hpp"
 #include "common/control/sdcv.hpp"
 #include "common/signal/delay_line.hpp"

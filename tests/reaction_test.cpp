@@ -107,7 +107,7 @@ class Sides {
   explicit Sides(const scene::Scene& scene)
       : orthosis(scene),
         master(make_simulated_master(scene, 1)),
-        slave(std::make_unique<SideOf<FourChannel, McuAxis<FailingCable>>>(slave_station_params(scene, 2), orthosis)) {}
+        slave(std::make_unique<SideOf<McuAxis<FailingCable>>>(slave_station_params(scene, 2), orthosis)) {}
 
   std::deque<std::pair<Nanoseconds, Packet<1>>> to_slave_, to_master_;
 };

@@ -13,6 +13,7 @@
 #include "common/record/recorder.hpp"
 #include "common/record/sample.hpp"
 #include "common/runtime/side.hpp"
+#include "common/scene/four_channel.hpp"
 #include "common/signal/delay_line.hpp"
 #include "tests/bench/plain_step.hpp"
 #include "tests/lab/emulated_slave.hpp"

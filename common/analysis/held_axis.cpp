@@ -1,19 +1,15 @@
 #include "common/analysis/held_axis.hpp"
 
-#include <Eigen/Core>
-#include <unsupported/Eigen/MatrixFunctions>
+#include "common/integrate/matrix_exponential.hpp"
 
 namespace farhand {
 
 HeldAxis::HeldAxis(const LoadedAxis& axis, double dt_s) {
-  Eigen::Matrix3d flow = Eigen::Matrix3d::Zero();  // of (x, v, tau); tau stands still
-  flow(0, 1) = 1.0;
-  flow.row(1) << -axis.k / axis.J, -axis.b / axis.J, 1.0 / axis.J;
-  const Eigen::Matrix3d held = (flow * dt_s).exp();
+  const auto held = respond<double, 2>({{{0.0, 1.0}, {-axis.k / axis.J, -axis.b / axis.J}}}, {}, 0.0, dt_s);
   for (std::size_t i = 0; i < 2; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    phi[i] = {held(row, 0), held(row, 1)};
-    gamma[i] = held(row, 2);
+    phi[i] = held.D[i];
+    phi[i][i] += 1.0;
+    gamma[i] = held.Psi[i][1] / axis.J;
   }
 }
 

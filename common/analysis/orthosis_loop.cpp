@@ -1,8 +1,9 @@
 #include "common/analysis/orthosis_loop.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <unsupported/Eigen/MatrixFunctions>
+
+#include "common/integrate/eigenvalues.hpp"
+#include "common/integrate/matrix_exponential.hpp"
 
 namespace farhand {
 namespace {
@@ -29,27 +30,31 @@ OrthosisMotion::OrthosisMotion(const OrthosisLoop& p) {
   const Row u = v + p.spring_gain * (tau_ref - tau_spring);
 
   // The plant while u is held.
-  Eigen::Matrix<double, 5, 5> flow = Eigen::Matrix<double, 5, 5>::Zero();
-  flow(kX, kV) = 1.0;
-  flow(kV, kX) = -(p.spring + p.axis.k) / p.axis.J;
-  flow(kV, kV) = -p.axis.b / p.axis.J;
-  flow(kV, kMotor) = p.spring / p.axis.J;
-  flow(kMotor, kMotorSpeed) = 1.0;
-  flow(kMotorSpeed, kMotorSpeed) = -p.motor_rate;
-  flow(kMotorSpeed, 4) = p.motor_rate;
-  const Eigen::Matrix<double, 5, 5> held = (flow * p.dt).exp();
+  SquareMatrix<double, 4> flow{};
+  flow[kX][kV] = 1.0;
+  flow[kV] = {-(p.spring + p.axis.k) / p.axis.J, -p.axis.b / p.axis.J, p.spring / p.axis.J, 0.0};
+  flow[kMotor][kMotorSpeed] = 1.0;
+  flow[kMotorSpeed][kMotorSpeed] = -p.motor_rate;
+  const auto held = respond<double, 4>(flow, {}, 0.0, p.dt);
 
   next_.setZero();
-  next_.topLeftCorner<4, 4>() = held.topLeftCorner<4, 4>();
-  next_.topRows<4>() += held.topRightCorner<4, 1>() * u;
+  input_.setZero();
+  for (int i = 0; i < 4; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    for (int j = 0; j < 4; ++j) next_(i, j) = held.D[row][static_cast<std::size_t>(j)] + (i == j ? 1.0 : 0.0);
+    const double of_u = held.Psi[row][kMotorSpeed] * p.motor_rate;
+    next_.row(i) += of_u * u;
+    input_[i] = of_u * p.spring_gain * p.J_n;
+  }
   next_.row(kFiltered) = filtered;
   next_.row(kDob) = dob;
   next_.row(kRtob) = rtob;
-  input_.setZero();
-  input_.head<4>() = held.topRightCorner<4, 1>() * p.spring_gain * p.J_n;
 }
 
-double OrthosisMotion::spectral_radius() const { return next_.eigenvalues().cwiseAbs().maxCoeff(); }
+double OrthosisMotion::spectral_radius() const {
+  // Column by column is row by row of the transposed, whose eigenvalues are the same.
+  return std::abs(fastest_eigenvalue({next_.data(), kStates * kStates}, kStates));
+}
 
 OrthosisMotion::Answer OrthosisMotion::to_acceleration(std::complex<double> z) const {
   using Complex = std::complex<double>;

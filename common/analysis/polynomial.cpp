@@ -1,7 +1,6 @@
 #include "common/analysis/polynomial.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <algorithm>
+#include "common/integrate/eigenvalues.hpp"
 
 namespace farhand {
 
@@ -42,11 +41,10 @@ double spectral_radius(const Polynomial& a) {
   std::size_t degree = a.size() - 1;
   while (degree > 0 && a[degree] == 0.0) --degree;
   if (degree == 0) return 0.0;
-  const auto n = static_cast<Eigen::Index>(degree);
-  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(n, n);
-  companion.diagonal(-1).setOnes();
-  for (Eigen::Index i = 0; i < n; ++i) companion(i, n - 1) = -a[static_cast<std::size_t>(i)] / a[degree];
-  return companion.eigenvalues().cwiseAbs().maxCoeff();
+  std::vector<double> companion(degree * degree, 0.0);
+  for (std::size_t i = 0; i + 1 < degree; ++i) companion[(i + 1) * degree + i] = 1.0;
+  for (std::size_t i = 0; i < degree; ++i) companion[i * degree + degree - 1] = -a[i] / a[degree];
+  return std::abs(fastest_eigenvalue(companion, degree));
 }
 
 }  // namespace farhand

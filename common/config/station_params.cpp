@@ -51,7 +51,10 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
 }  // namespace
 
 StationParams master_station_params(const scene::Scene& scene, std::uint32_t session) {
-  return station_params(scene, Role::kLeader, scene.master().axis(), session);
+  StationParams p = station_params(scene, Role::kLeader, scene.master().axis(), session);
+  if (scene.architecture() == scene::FOUR_CHANNEL_CDOB) p.architecture = Architecture::kCdob;
+  if (scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV) p.architecture = Architecture::kCdobSdcv;
+  return p;
 }
 
 StationParams slave_station_params(const scene::Scene& scene, std::uint32_t session) {

@@ -2,7 +2,7 @@
 // meaning in code.
 #pragma once
 
-#include "common/scene/station.hpp"
+#include "common/scene/params.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {

@@ -12,12 +12,11 @@
 // steady force, unstable on stiff hands.
 #pragma once
 
-#include "common/control/four_channel.hpp"
+#include "common/control/params.hpp"
+#include "common/signal/motion.hpp"
 #include "common/signal/low_pass.hpp"
 
 namespace farhand {
-
-enum class LocalModel { kThesis, kWithForce };
 
 template <int N>
 class Cdob {

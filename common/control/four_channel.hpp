@@ -6,15 +6,10 @@
 // slave and local model: unequal K_f scale the transmitted force by K_f,m / (K_f,m + K_f,model).
 #pragma once
 
+#include "common/control/params.hpp"
 #include "common/signal/motion.hpp"
 
 namespace farhand {
-
-struct FourChannelGains {
-  double K_p = 400.0;  // 1/s2
-  double K_d = 40.0;   // 1/s
-  double K_f = 250.0;  // 1/(kg m2); at most 1/J_n, or stiff contact limit-cycles
-};
 
 // Acceleration reference, rad/s2.
 template <int N>

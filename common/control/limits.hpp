@@ -4,18 +4,11 @@
 
 #include <algorithm>
 
+#include "common/control/params.hpp"
 #include "common/signal/limit_bits.hpp"
 #include "common/signal/motion.hpp"
 
 namespace farhand {
-
-struct GateParams {
-  double torque = 3.0;          // N m
-  double torque_rate = 3000.0;  // N m/s
-  double velocity = 4.0;        // rad/s, of a reference
-  double range_min = -0.349;    // rad
-  double range_max = 0.349;
-};
 
 // For axes that take a torque.
 template <int N>

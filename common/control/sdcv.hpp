@@ -8,15 +8,10 @@
 // changes f_s.
 #pragma once
 
+#include "common/control/params.hpp"
 #include "common/signal/low_pass.hpp"
 
 namespace farhand {
-
-struct SdcvParams {
-  double f_1 = 0.35;  // N m
-  double f_2 = 0.75;  // N m, above f_1
-  Cutoff alpha_cutoff = Cutoff::rad_s(5.0);
-};
 
 template <int N>
 class Sdcv {

@@ -9,7 +9,7 @@
 #include "common/device/mcu_si.hpp"
 #include "common/device/serial_counters.hpp"
 #include "common/device/truth.hpp"
-#include "common/scene/drive.hpp"
+#include "common/scene/drive_io.hpp"
 
 namespace farhand {
 
@@ -18,7 +18,7 @@ namespace farhand {
 template <class Port>
 class McuAxis {
  public:
-  using Drive = ReferenceDrive<1>;
+  using Io = ReferenceIo<1>;
 
   template <class... Args>
   explicit McuAxis(Args&&... port_args) : port(std::forward<Args>(port_args)...) {}
@@ -27,7 +27,7 @@ class McuAxis {
 
   // The readings are valid while telemetry is fresh, the MCU is in no fault, and it does what it was told: an MCU that
   // let go by itself (its own watchdog) while the station believes to be engaged is a lost device.
-  Drive::Sensed read(double t_s) noexcept {
+  Io::Sensed read(double t_s) noexcept {
     std::array<std::uint8_t, 64> bytes;
     for (int burst = 0; burst < 16; ++burst) {
       const std::size_t n = port.read(bytes, t_s);
@@ -44,7 +44,7 @@ class McuAxis {
     return sensed_;
   }
 
-  void write(const Drive::Command& command, double t_s) noexcept {
+  void write(const Io::Command& command, double t_s) noexcept {
     if (command.track && !tracking_) tracking_since_s_ = t_s;
     tracking_ = command.track;
     const Motion<1>& r = command.reference;
@@ -87,7 +87,7 @@ class McuAxis {
 
   mcu::FrameDecoder decoder_;
   SerialCounters counters_;
-  Drive::Sensed sensed_;
+  Io::Sensed sensed_;
   mcu::State state_ = mcu::State::kSafe;
   mcu::SlowValues slow_;
   std::uint32_t seq_ = 0;

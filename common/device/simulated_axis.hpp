@@ -4,7 +4,7 @@
 
 #include "common/device/truth.hpp"
 #include "common/plant/world.hpp"
-#include "common/scene/drive.hpp"
+#include "common/scene/drive_io.hpp"
 
 namespace farhand {
 
@@ -12,24 +12,24 @@ namespace farhand {
 template <class World>
 class SimulatedAxis {
  public:
-  using Drive = DirectDrive<1>;
+  using Io = DirectIo<1>;
 
   explicit SimulatedAxis(const typename World::Params& params, const WorldNumerics& numerics = {})
       : world_(params, numerics) {}
 
   // Advances the world to t_s (time of the world) under the torque of the last write.
-  Drive::Sensed read(double t_s) noexcept {
+  Io::Sensed read(double t_s) noexcept {
     if (t_s > t_s_) {
       world_.advance(torque_, t_s);
       t_s_ = t_s;
     }
-    Drive::Sensed sensed;
+    Io::Sensed sensed;
     // A world that left all bounds stands still from then on: its encoder would read like that of a hand at rest.
     sensed.valid = world_.status() != IntegratorStatus::kDiverged;
     sensed.x[0] = world_.encoder();
     return sensed;
   }
-  void write(const Drive::Command& command, double /*t_s*/) noexcept { torque_ = command.torque[0]; }
+  void write(const Io::Command& command, double /*t_s*/) noexcept { torque_ = command.torque[0]; }
 
   // At the time of the last read, under the torque that led there.
   Truth truth() const noexcept {

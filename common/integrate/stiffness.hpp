@@ -7,14 +7,12 @@
 #include <cstddef>
 #include <span>
 
+#include "common/integrate/eigenvalues.hpp"
 #include "common/integrate/method.hpp"
 #include "common/integrate/plant.hpp"
 #include "common/integrate/rk4.hpp"
 
 namespace farhand {
-
-// The eigenvalue of largest modulus of a square matrix given row by row; infinite if the matrix is not finite.
-std::complex<double> fastest_eigenvalue(std::span<const double> row_by_row, std::size_t size);
 
 template <Plant P>
 std::complex<double> fastest_eigenvalue(const P& plant, Mode mode, double t, const typename P::State& x) {

@@ -14,14 +14,9 @@
 
 #include "common/link/packet.hpp"
 #include "common/link/playout.hpp"
+#include "common/link/receiver_params.hpp"
 
 namespace farhand {
-
-struct ReceiverParams {
-  Nanoseconds timeout;      // silence after which the peer counts as gone
-  Nanoseconds playout_max;  // largest depth of the play-out
-  Nanoseconds expiry;       // a packet that took longer than the fastest by more than this is never acted upon
-};
 
 enum class Receipt : std::uint8_t {
   kAccepted,

@@ -13,6 +13,7 @@ namespace farhand {
 struct WorldNumerics {
   Method method = Method::kAuto;
   IntegratorSettings settings = {};
+  bool even_if_unstable = false;  // an explicit method may step beyond its limit: only to show what it then does
 };
 
 // A plant of one friction under one method.

@@ -2,15 +2,12 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <exception>
 #include <filesystem>
 #include <random>
-#include <stdexcept>
 
 namespace farhand {
 
@@ -21,32 +18,23 @@ LoadedScene SceneChoice::load() const {
   return loaded;
 }
 
-void add_scene_option(CLI::App& app, SceneChoice& choice) {
-  app.add_option("--scene", choice.scene, "name of a shipped scene, or path of a scene file")->required();
+namespace {
+
+void add_set_options(Command command, SceneChoice& choice) {
+  command.texts("--set", choice.sets, "field.path=value, on top of the scene; may be repeated");
+  command.seed("--seed", choice.seed, "seed of every random choice, instead of the scene's");
 }
 
-void add_set_options(CLI::App& app, SceneChoice& choice) {
-  app.add_option("--set", choice.sets, "field.path=value, on top of the scene; may be repeated")
-      ->allow_extra_args(false);
-  app.add_option("--seed", choice.seed, "seed of every random choice, instead of the scene's");
+}  // namespace
+
+void add_scene_option(Command command, SceneChoice& choice) {
+  command.text("--scene", choice.scene, "name of a shipped scene, or path of a scene file", Needed::kYes);
+  add_set_options(command, choice);
 }
 
-int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
-  const std::string name = app.get_name();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "%s: %s (--help lists the options)\n", name.c_str(), error.what());
-    return kExitUsage;
-  }
-  try {
-    return body();
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
-    return kExitUsage;
-  }
+void add_scene_argument(Command command, SceneChoice& choice) {
+  command.text("SCENE", choice.scene, "name of a shipped scene, or path of a scene file", Needed::kYes);
+  add_set_options(command, choice);
 }
 
 record::RunInfo run_info(const LoadedScene& scene, const std::string& role) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,19 +9,10 @@
 
 #include "common/config/load.hpp"
 #include "common/record/recorder.hpp"
+#include "common/runtime/command.hpp"
 #include "common/runtime/run_loop.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace farhand {
-
-inline constexpr int kExitOk = 0;             // also when the verdict is degraded
-inline constexpr int kExitFailed = 1;         // failed while running
-inline constexpr int kExitUsage = 2;          // arguments, scene, files, ports: before anything moved
-inline constexpr int kExitVerdictFailed = 3;  // ran to its end, and the verdict is failed
-inline constexpr int kExitStopped = 130;      // came to rest after SIGINT or SIGTERM
 
 struct SceneChoice {
   std::string scene;
@@ -33,11 +23,8 @@ struct SceneChoice {
   LoadedScene load() const;
 };
 
-void add_scene_option(CLI::App& app, SceneChoice& choice);  // --scene
-void add_set_options(CLI::App& app, SceneChoice& choice);   // --set, --seed
-
-// Parses, runs the body, and turns what it throws into a sentence and an exit code. A body throws only before its loop.
-int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
+void add_scene_option(Command command, SceneChoice& choice);    // --scene, --set, --seed
+void add_scene_argument(Command command, SceneChoice& choice);  // SCENE, --set, --seed
 
 // What stands at the head of a recording that begins now.
 record::RunInfo run_info(const LoadedScene& scene, const std::string& role);

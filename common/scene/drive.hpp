@@ -5,34 +5,19 @@
 #include "common/control/four_channel.hpp"
 #include "common/control/limits.hpp"
 #include "common/observer/rtob.hpp"
+#include "common/scene/drive_io.hpp"
+#include "common/scene/params.hpp"
 #include "common/signal/derivative.hpp"
 
 namespace farhand {
-
-struct DriveParams {
-  AxisModel model;
-  FourChannelGains K;
-  Cutoff g_dis = Cutoff::rad_s(200.0);
-  Cutoff g_reac = Cutoff::rad_s(200.0);
-  Cutoff g_v = Cutoff::rad_s(500.0);
-  GateParams gate;
-  double take_over_s = 0.5;  // the law's share of the torque rises from 0 to 1 in this time
-  double dt_s = 1e-3;
-};
 
 // A motor that takes a torque: observers and law run here (Daud 2011, B.1-B.10, 5.8-5.13).
 template <int N>
 class DirectDrive {
  public:
   static constexpr int kJoints = N;
-  struct Sensed {
-    Joints<N> x = Joints<N>::Zero();  // rad
-    bool valid = true;                // false: the device cannot be read
-    bool finite() const noexcept { return x.allFinite(); }
-  };
-  struct Command {
-    Joints<N> torque = Joints<N>::Zero();  // N m
-  };
+  using Sensed = typename DirectIo<N>::Sensed;
+  using Command = typename DirectIo<N>::Command;
 
   explicit DirectDrive(const DriveParams& p)
       : model_(p.model),
@@ -99,16 +84,8 @@ template <int N>
 class ReferenceDrive {
  public:
   static constexpr int kJoints = N;
-  struct Sensed {
-    Joints<N> x = Joints<N>::Zero();  // rad
-    Joints<N> f = Joints<N>::Zero();  // reaction, N m
-    bool valid = false;               // false: no fresh telemetry, or the device is in a fault
-    bool finite() const noexcept { return x.allFinite() && f.allFinite(); }
-  };
-  struct Command {
-    bool track = false;  // false: the device is to let go
-    Motion<N> reference;
-  };
+  using Sensed = typename ReferenceIo<N>::Sensed;
+  using Command = typename ReferenceIo<N>::Command;
 
   explicit ReferenceDrive(const DriveParams& p) : derivative_(p.g_v, p.dt_s), gate_(p.gate, p.dt_s) {}
 

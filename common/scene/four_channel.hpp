@@ -12,13 +12,6 @@
 
 namespace farhand {
 
-struct SceneParams {
-  DriveParams drive;
-  Cutoff g_net = Cutoff::rad_s(1000.0);
-  LocalModel local_model = LocalModel::kThesis;
-  SdcvParams sdcv;
-};
-
 template <class D>
 struct FourChannel {
   using Drive = D;

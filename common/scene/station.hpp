@@ -14,18 +14,6 @@
 
 namespace farhand {
 
-struct StationParams {
-  Role role = Role::kLeader;
-  SceneParams scene;
-  ReceiverParams receive;
-  EngagementParams engagement;
-  double align_speed = 0.3;       // rad/s
-  double align_tolerance = 0.01;  // rad
-  double blend_s = 0.5;
-  std::uint32_t session = 1;
-  std::uint32_t expiry_ms = 2000;
-};
-
 template <class S>
 class Station {
  public:

@@ -8,7 +8,8 @@
 #include <concepts>
 #include <cstdint>
 
-#include "common/scene/four_channel.hpp"
+#include "common/scene/params.hpp"
+#include "common/signal/limit_bits.hpp"
 
 namespace farhand {
 
@@ -76,19 +77,26 @@ class PlainStep {
   }
 
   T step(T x, T x_r, T v_r, T f_r) noexcept {
+    observe(x);
+    return follow(x, x_r, v_r, f_r);
+  }
+
+  // Its two halves: what needs the encoder alone, and what needs the peer.
+  void observe(T x) noexcept {
     const T ahead = x - y_;
     v = v_gain_ * ahead;
     y_ += a_v_ * ahead;
     const T momentum = gain_dis_ * v;
     dis_ += a_dis_ * (tau_ + momentum - dis_);
-    const T tau_dis = dis_ - momentum;
-    const T weight = weight_at(x);
-    T known = weight + viscous_ * v;
+    tau_dis_ = dis_ - momentum;
+    weight_ = weight_at(x);
+    T known = weight_ + viscous_ * v;
     if (rubs_) known += coulomb_ * slip(v);
     const T momentum_reac = gain_reac_ * v;
     reac_ += a_reac_ * (tau_ - known + momentum_reac - reac_);
     f = reac_ - momentum_reac;
-
+  }
+  T follow(T x, T x_r, T v_r, T f_r) noexcept {
     T x_t = x_r, v_t = v_r;
     if constexpr (kScene != PlainScene::kFourChannel) {
       x_cdob_ += a_net_ * (x_model_ - x_r - x_cdob_);
@@ -108,8 +116,8 @@ class PlainStep {
 
     authority_ += rise_;
     authority_ = authority_ > 1.0 ? T{} + 1.0 : authority_;
-    const T wish = J_n_ * (K_p_ * (x_t - x) + K_d_ * (v_t - v) - K_f_ * (f + f_r)) + tau_dis;
-    return gate(weight + authority_ * (wish - weight), x);
+    const T wish = J_n_ * (K_p_ * (x_t - x) + K_d_ * (v_t - v) - K_f_ * (f + f_r)) + tau_dis_;
+    return gate(weight_ + authority_ * (wish - weight_), x);
   }
 
   T v{}, f{};
@@ -169,7 +177,7 @@ class PlainStep {
   T limit_, torque_step_, range_min_, range_max_, fade_, rise_;
   bool weighs_, rubs_;  // a sine and a hyperbolic tangent cost as much as the rest
 
-  T y_{}, dis_{}, reac_{}, tau_{}, authority_{};
+  T y_{}, dis_{}, tau_dis_{}, reac_{}, weight_{}, tau_{}, authority_{};
   T x_model_{}, v_model_{}, x_cdob_{}, v_cdob_{}, alpha_{};
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/scene/four_channel.hpp"
 #include "tests/bench/plain_step.hpp"
 
 namespace farhand {

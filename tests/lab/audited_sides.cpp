@@ -65,28 +65,20 @@ class AuditedPort : public EmulatedPort {
   double loop_s_, loops_ = 0;
 };
 
-template <template <class> class Scene>
-std::unique_ptr<Side> master(const scene::Scene& scene, EnergyBalance& balance) {
-  using World = AuditedWorld<MasterWorld>;
-  return std::make_unique<SideOf<Scene, SimulatedAxis<World>>>(master_station_params(scene, kMasterSession),
-                                                               World::Params{master_world_params(scene), &balance},
-                                                               world_numerics(scene));
-}
-
 }  // namespace
 
 Sides make_audited_sides(const scene::Scene& scene, Balances& balances) {
   Sides sides;
-  sides.master = scene.architecture() == scene::FOUR_CHANNEL ? master<FourChannel>(scene, balances.master)
-                 : scene.architecture() == scene::FOUR_CHANNEL_CDOB
-                     ? master<FourChannelCdob>(scene, balances.master)
-                     : master<FourChannelCdobSdcv>(scene, balances.master);
+  using Master = AuditedWorld<MasterWorld>;
+  sides.master = std::make_unique<SideOf<SimulatedAxis<Master>>>(
+      master_station_params(scene, kMasterSession), Master::Params{master_world_params(scene), &balances.master},
+      world_numerics(scene));
   const StationParams params = slave_station_params(scene, kSlaveSession);
   if (scene.slave().device() == scene::SERIES_ELASTIC) {
-    sides.slave = std::make_unique<SideOf<FourChannel, McuAxis<AuditedPort>>>(params, scene, balances.slave);
+    sides.slave = std::make_unique<SideOf<McuAxis<AuditedPort>>>(params, scene, balances.slave);
   } else {
     using World = AuditedWorld<DirectSlaveWorld>;
-    sides.slave = std::make_unique<SideOf<FourChannel, SimulatedAxis<World>>>(
+    sides.slave = std::make_unique<SideOf<SimulatedAxis<World>>>(
         params, World::Params{direct_slave_world_params(scene), &balances.slave}, world_numerics(scene));
   }
   return sides;

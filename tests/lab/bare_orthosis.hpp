@@ -5,8 +5,11 @@
 //   v_motor = v_joint + gain (tau_ref - tau_spring),   DOB and RTOB on the spring torque (slave/mcu/orthosis_mcu.cpp)
 #pragma once
 
+#include <algorithm>
+
 #include "slave/mcu/mcu_params.hpp"
-#include "tests/lab/bare_loop.hpp"
+#include "tests/bench/plain_step.hpp"
+#include "tests/lab/bare_law.hpp"
 
 namespace farhand {
 
@@ -62,46 +65,6 @@ class OrthosisLaw {
   Sent<T> reference_;
   bool fresh_ = false;
   T v_{}, f_{}, x_filtered_{}, dob_{}, rtob_{}, torque_{}, allowed_{};
-};
-
-// State 0 is the angle of the joint, state 2 that of the motor.
-template <class T, class P, class Solver>
-class OrthosisSide {
- public:
-  using Real = T;
-
-  OrthosisSide(const SceneParams& params, const mcu::McuSettings& loops, const P& plant, Solver solver,
-               const typename Solver::State& start)
-      : station_(params), law_(loops), loops_(loops), plant_(plant), solver_(std::move(solver)) {
-    solver_.start(plant_, 0.0, start);
-    station_.reset(start[0]);
-    law_.start(start[0], static_cast<T>(loops.spring) * (start[2] - start[0]));
-  }
-
-  Sent<T> step(const Sent<T>& received, double t0, double t1) noexcept {
-    const T x = joint();
-    station_.step(x, received.x, received.v, received.f);
-    const Sent<T> sent{x, station_.v, law_.f()};
-    law_.follow({station_.x_ref, station_.v_ref, station_.f_ref});
-    const int loops = std::max(1, static_cast<int>(std::lround((t1 - t0) * loops_.loop_hz)));
-    for (int k = 0; k < loops; ++k) {
-      plant_.hold(law_.step(joint(), read_encoder(static_cast<T>(solver_.state()[2]), loops_.motor_counts_per_rev)));
-      solver_.advance(plant_, k + 1 == loops ? t1 : t0 + (t1 - t0) * (k + 1) / loops);
-    }
-    return sent;
-  }
-
-  const P& plant() const noexcept { return plant_; }
-  const Solver& solver() const noexcept { return solver_; }
-
- private:
-  T joint() const noexcept { return read_encoder(static_cast<T>(solver_.state()[0]), loops_.joint_counts_per_rev); }
-
-  PlainReferenceStep<T> station_;
-  OrthosisLaw<T> law_;
-  mcu::McuSettings loops_;
-  P plant_;
-  Solver solver_;
 };
 
 }  // namespace farhand

@@ -1,28 +1,86 @@
 #include "tests/lab/bare_run.hpp"
 
-#include "tests/lab/bare_side.hpp"
+#include <cmath>
+#include <concepts>
+
+#include "common/config/station_params.hpp"
+#include "common/config/world_params.hpp"
+#include "slave/emulator_params.hpp"
+#include "tests/lab/bare_loop.hpp"
+#include "tests/lab/bare_orthosis.hpp"
+#include "tests/lab/bare_plant.hpp"
 
 namespace farhand {
 namespace {
 
-// As BareLoop takes a side.
+// A motor that takes a torque: master, or slave with a direct drive.
 template <class T>
-class AnySide {
+class DirectSide {
  public:
   using Real = T;
-  explicit AnySide(std::unique_ptr<BareSide<T>> side) : side_(std::move(side)) {}
-  Sent<T> step(const Sent<T>& received, double t0, double t1) noexcept { return side_->step(received, t0, t1); }
-  BareTruth truth() const noexcept { return side_->truth(); }
+  DirectSide(std::unique_ptr<BareLaw<T>> law, std::unique_ptr<BarePlant<T>> plant)
+      : law_(std::move(law)), plant_(std::move(plant)) {
+    law_->reset(plant_->angle());
+  }
+
+  Sent<T> step(const Sent<T>& received, double /*t0*/, double t1) noexcept {
+    const Sent<T> sent = law_->observe(plant_->angle());
+    plant_->advance(law_->follow(received), t1);
+    return sent;
+  }
+  BareTruth truth() const noexcept { return plant_->truth(); }
 
  private:
-  std::unique_ptr<BareSide<T>> side_;
+  std::unique_ptr<BareLaw<T>> law_;
+  std::unique_ptr<BarePlant<T>> plant_;
+};
+
+// The orthosis: the station sends references, the loops of the MCU run at their own rate.
+template <class T>
+class OrthosisSide {
+ public:
+  using Real = T;
+  OrthosisSide(const SceneParams& params, const mcu::McuSettings& loops, std::unique_ptr<BarePlant<T>> plant)
+      : station_(params), law_(loops), loop_hz_(loops.loop_hz), plant_(std::move(plant)) {
+    station_.reset(plant_->angle());
+    law_.start(plant_->angle(), static_cast<T>(loops.spring) * (plant_->motor_angle() - plant_->angle()));
+  }
+
+  Sent<T> step(const Sent<T>& received, double t0, double t1) noexcept {
+    const T x = plant_->angle();
+    station_.step(x, received.x, received.v, received.f);
+    const Sent<T> sent{x, station_.v, law_.f()};
+    law_.follow({station_.x_ref, station_.v_ref, station_.f_ref});
+    const int loops = std::max(1, static_cast<int>(std::lround((t1 - t0) * loop_hz_)));
+    for (int k = 0; k < loops; ++k) {
+      const double until = k + 1 == loops ? t1 : t0 + (t1 - t0) * (k + 1) / loops;
+      plant_->advance(law_.step(plant_->angle(), plant_->motor_angle()), until);
+    }
+    return sent;
+  }
+  BareTruth truth() const noexcept { return plant_->truth(); }
+
+ private:
+  PlainReferenceStep<T> station_;
+  OrthosisLaw<T> law_;
+  double loop_hz_;
+  std::unique_ptr<BarePlant<T>> plant_;
 };
 
 template <class T>
+DirectSide<T> direct_side(const StationParams& params, std::unique_ptr<BarePlant<T>> plant) {
+  if constexpr (std::same_as<T, double>) {
+    return {make_block_law(params.architecture, params.scene), std::move(plant)};
+  } else {
+    return {make_plain_law<T>(params.architecture, params.scene), std::move(plant)};
+  }
+}
+
+template <class T, class Slave>
 class RunOf final : public BareRun {
  public:
-  RunOf(const scene::Scene& scene, const BareChoice& choice)
-      : loop_(AnySide<T>(make_bare_master<T>(scene, choice)), AnySide<T>(make_bare_slave<T>(scene, choice)),
+  RunOf(const scene::Scene& scene, const BareChoice& choice, Slave slave)
+      : loop_(direct_side(master_station_params(scene, 1), make_bare_master<T>(scene, choice)), std::move(slave),
               scene.tick_s(), ticks(scene.network().forward(), scene), ticks(scene.network().backward(), scene), T{}) {}
 
   void run(std::int64_t count) noexcept override {
@@ -50,8 +108,18 @@ class RunOf final : public BareRun {
     return static_cast<std::size_t>(std::lround(path.delay_s() / scene.tick_s()));
   }
 
-  BareLoop<AnySide<T>, AnySide<T>> loop_;
+  BareLoop<DirectSide<T>, Slave> loop_;
 };
+
+template <class T>
+std::unique_ptr<BareRun> run_of(const scene::Scene& scene, const BareChoice& choice) {
+  const StationParams params = slave_station_params(scene, 2);
+  auto plant = make_bare_slave<T>(scene, choice);
+  if (scene.slave().device() == scene::SERIES_ELASTIC)
+    return std::make_unique<RunOf<T, OrthosisSide<T>>>(
+        scene, choice, OrthosisSide<T>(params.scene, emulator_params(scene).mcu, std::move(plant)));
+  return std::make_unique<RunOf<T, DirectSide<T>>>(scene, choice, direct_side(params, std::move(plant)));
+}
 
 void make_ideal(scene::Scene& scene) {
   for (scene::Motor* motor : {scene.mutable_master()->mutable_motor(), scene.mutable_slave()->mutable_motor()})
@@ -65,8 +133,8 @@ void make_ideal(scene::Scene& scene) {
 std::unique_ptr<BareRun> make_bare_run(const scene::Scene& scene, const BareChoice& choice, bool ideal) {
   scene::Scene used = scene;
   if (ideal) make_ideal(used);
-  if (choice.method == BareMethod::kClosedFormLong) return std::make_unique<RunOf<long double>>(used, choice);
-  return std::make_unique<RunOf<double>>(used, choice);
+  return choice.method == BareMethod::kClosedFormLong ? run_of<long double>(used, choice)
+                                                      : run_of<double>(used, choice);
 }
 
 std::string methods_of(const scene::Scene& scene) {

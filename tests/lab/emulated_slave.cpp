@@ -7,7 +7,7 @@
 
 namespace farhand {
 std::unique_ptr<Side> make_emulated_slave(const scene::Scene& scene, std::uint32_t session) {
-  return std::make_unique<SideOf<FourChannel, McuAxis<EmulatedPort>>>(slave_station_params(scene, session), scene);
+  return std::make_unique<SideOf<McuAxis<EmulatedPort>>>(slave_station_params(scene, session), scene);
 }
 
 }  // namespace farhand

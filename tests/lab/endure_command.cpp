@@ -1,6 +1,5 @@
 #include "tests/lab/endure_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -37,15 +36,13 @@ void print_row(std::FILE* out, const Stretch& s) {
 
 }  // namespace
 
-CLI::App* add_endure(CLI::App& app, EndureChoice& choice) {
-  CLI::App* command = app.add_subcommand(
+Command add_endure(Command program, EndureChoice& choice) {
+  Command command = program.subcommand(
       "endure", "repeat the session of a scene for hours of virtual time: error, energy and memory of each hour");
-  command->add_option("SCENE", choice.scene.scene, "name of a shipped scene, or path of a scene file")->required();
-  add_set_options(*command, choice.scene);
-  command->add_option("--hours", choice.hours, "virtual time, h; by default 24")->check(CLI::Range(1e-4, 1000.0));
-  command->add_option("--line", choice.line_s, "virtual time of a line, s; by default 3600")
-      ->check(CLI::Range(0.1, 1e6));
-  command->add_option("--json", choice.json, "the lines as JSON (- is standard output)");
+  add_scene_argument(command, choice.scene);
+  command.number("--hours", choice.hours, 1e-4, 1000.0, "virtual time, h; by default 24");
+  command.number("--line", choice.line_s, 0.1, 1e6, "virtual time of a line, s; by default 3600");
+  command.text("--json", choice.json, "the lines as JSON (- is standard output)");
   return command;
 }
 

@@ -11,7 +11,7 @@ struct EndureChoice {
   std::string json;
 };
 
-CLI::App* add_endure(CLI::App& app, EndureChoice& choice);
+Command add_endure(Command program, EndureChoice& choice);
 int endure_scene(const EndureChoice& choice);
 
 }  // namespace farhand

@@ -1,6 +1,5 @@
 #include "tests/lab/explain_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "tests/lab/explain_text.hpp"
@@ -8,15 +7,14 @@
 
 namespace farhand {
 
-CLI::App* add_explain(CLI::App& app, ExplainChoice& choice) {
-  CLI::App* command = app.add_subcommand(
+Command add_explain(Command program, ExplainChoice& choice) {
+  Command command = program.subcommand(
       "explain",
       "the blocks of a scene and those it leaves out, each with reason, time and bytes, and its integrators");
-  command->add_option("SCENE", choice.scene.scene, "name of a shipped scene, or path of a scene file")->required();
-  add_set_options(*command, choice.scene);
-  command->add_option("--json", choice.json,
-                      "the same as JSON; what the wall clock measured stands under wall_clock "
-                      "(- is standard output)");
+  add_scene_argument(command, choice.scene);
+  command.text("--json", choice.json,
+               "the same as JSON; what the wall clock measured stands under wall_clock "
+               "(- is standard output)");
   return command;
 }
 

@@ -10,7 +10,7 @@ struct ExplainChoice {
   std::string json;
 };
 
-CLI::App* add_explain(CLI::App& app, ExplainChoice& choice);
+Command add_explain(Command program, ExplainChoice& choice);
 int explain_scene(const ExplainChoice& choice);
 
 }  // namespace farhand

@@ -6,11 +6,18 @@
 
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
+#include "common/control/cdob.hpp"
+#include "common/control/four_channel.hpp"
+#include "common/control/limits.hpp"
+#include "common/control/sdcv.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/device/simulated_axis.hpp"
 #include "common/link/codec.hpp"
+#include "common/observer/rtob.hpp"
 #include "common/record/sample.hpp"
-#include "common/runtime/side_of.hpp"
+#include "common/runtime/any_station.hpp"
+#include "common/scene/blend.hpp"
+#include "common/signal/derivative.hpp"
 #include "slave/emulator_params.hpp"
 #include "tests/bench/station_inputs.hpp"
 #include "tests/lab/emulated_slave.hpp"
@@ -20,9 +27,6 @@
 
 namespace farhand {
 namespace {
-
-using Direct = DirectDrive<1>;
-using Referenced = ReferenceDrive<1>;
 
 Motion<1> motion(double x, double v, double f) { return {Joints<1>(x), Joints<1>(v), Joints<1>(f)}; }
 
@@ -38,9 +42,9 @@ struct Inputs {
   }
 };
 
-template <class S>
-typename S::Drive::Sensed sensed_in(const StationSample& row) {
-  typename S::Drive::Sensed sensed;
+template <class Io>
+typename Io::Sensed sensed_in(const StationSample& row) {
+  typename Io::Sensed sensed;
   sensed.x[0] = row.x_rad;
   if constexpr (requires { sensed.f; }) sensed.f[0] = row.f_nm;
   sensed.valid = true;
@@ -60,11 +64,8 @@ class Meter {
     for (Block& block : to.blocks) {
       if (block.contained) block.cost = of(block);
     }
-    to.master_station = scene_.architecture() == scene::FOUR_CHANNEL ? station<FourChannel<Direct>>(master_)
-                        : scene_.architecture() == scene::FOUR_CHANNEL_CDOB
-                            ? station<FourChannelCdob<Direct>>(master_)
-                            : station<FourChannelCdobSdcv<Direct>>(master_);
-    to.slave_station = elastic() ? station<FourChannel<Referenced>>(slave_) : station<FourChannel<Direct>>(slave_);
+    to.master_station = station<DirectIo<1>>(master_);
+    to.slave_station = elastic() ? station<ReferenceIo<1>>(slave_) : station<DirectIo<1>>(slave_);
     whole(to);
   }
 
@@ -190,19 +191,19 @@ class Meter {
     });
   }
 
-  template <class S>
+  template <class Io>
   Cost station(const Inputs& in) const {
     return measure(in.rows.size(), [&] {
-      Station<S> station(params(in));
+      const auto station = make_station<Io>(params(in));
       auto next = in.arrivals.begin();
       int act = 0;
       for (const StationSample& row : in.rows) {
         const Nanoseconds now = from_seconds(row.t_s);
-        for (; next != in.arrivals.end() && next->at <= now; ++next) station.receive(next->packet, next->at);
+        for (; next != in.arrivals.end() && next->at <= now; ++next) station->receive(next->packet, next->at);
         const bool engage =
             in.master && act < scene_.operator_acts_size() && scene_.operator_acts(act).at_s() <= row.t_s;
         if (engage) ++act;
-        keep(station.tick(now, sensed_in<S>(row), engage ? OperatorAct::kEngage : OperatorAct::kNone));
+        keep(station->tick(now, sensed_in<Io>(row), engage ? OperatorAct::kEngage : OperatorAct::kNone));
       }
     });
   }

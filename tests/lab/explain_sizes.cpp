@@ -1,21 +1,27 @@
 #include "tests/lab/explain_sizes.hpp"
 
+#include "common/config/station_params.hpp"
+#include "common/control/cdob.hpp"
+#include "common/control/limits.hpp"
+#include "common/control/sdcv.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/device/simulated_axis.hpp"
 #include "common/link/codec.hpp"
+#include "common/observer/rtob.hpp"
 #include "common/runtime/side_of.hpp"
+#include "common/scene/blend.hpp"
+#include "common/signal/derivative.hpp"
 #include "slave/emulator_params.hpp"
 #include "tests/lab/explain_link.hpp"
+#include "tests/lab/simulation.hpp"
 
 namespace farhand {
 namespace {
 
-using Direct = DirectDrive<1>;
-
-template <template <class> class Scene, class Drive, class Axis>
-void station_sizes(std::size_t& station, std::size_t& side) {
-  station = sizeof(Station<Scene<Drive>>);
-  side = sizeof(SideOf<Scene, Axis>);
+template <class Axis>
+void station_sizes(const StationParams& params, std::size_t& station, std::size_t& side) {
+  station = make_station<typename Axis::Io>(params)->bytes();
+  side = station + sizeof(SideOf<Axis>);
 }
 
 std::size_t size_of(const Block& block) {
@@ -65,19 +71,14 @@ void add_sizes(const scene::Scene& scene, Explanation& to) {
   for (Block& block : to.blocks) {
     if (block.contained && block.bytes == 0) block.bytes = size_of(block);
   }
-  using OnMotor = SimulatedAxis<MasterWorld>;
-  if (scene.architecture() == scene::FOUR_CHANNEL) {
-    station_sizes<FourChannel, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
-  } else if (scene.architecture() == scene::FOUR_CHANNEL_CDOB) {
-    station_sizes<FourChannelCdob, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
-  } else {
-    station_sizes<FourChannelCdobSdcv, Direct, OnMotor>(to.master_station_bytes, to.master_side_bytes);
-  }
+  station_sizes<SimulatedAxis<MasterWorld>>(master_station_params(scene, kMasterSession), to.master_station_bytes,
+                                            to.master_side_bytes);
+  const StationParams slave = slave_station_params(scene, kSlaveSession);
   if (scene.slave().device() == scene::SERIES_ELASTIC) {
-    to.slave_station_bytes = sizeof(Station<FourChannel<ReferenceDrive<1>>>);
+    to.slave_station_bytes = make_station<ReferenceIo<1>>(slave)->bytes();
     to.slave_side_bytes = to.slave_station_bytes + sizeof(OrthosisOnSerial);
   } else {
-    station_sizes<FourChannel, Direct, SimulatedAxis<DirectSlaveWorld>>(to.slave_station_bytes, to.slave_side_bytes);
+    station_sizes<SimulatedAxis<DirectSlaveWorld>>(slave, to.slave_station_bytes, to.slave_side_bytes);
   }
 }
 

@@ -1,6 +1,5 @@
 #include "tests/lab/extreme_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <iomanip>
 #include <iostream>
@@ -12,16 +11,15 @@
 #include "tests/lab/write_to.hpp"
 
 namespace farhand {
-CLI::App* add_extreme(CLI::App& app, ExtremeChoice& choice) {
-  CLI::App* extreme = app.add_subcommand(
+Command add_extreme(Command program, ExtremeChoice& choice) {
+  Command command = program.subcommand(
       "extreme", "run the catalogue of stiff and extreme cases; exit code 3 if one comes out otherwise than expected");
-  extreme->add_option("--family", choice.family, "only families whose name contains this");
-  extreme->add_option("--threads", choice.threads, "0: one per core; the results are the same for any number")
-      ->check(CLI::Range(0, 1024));
-  extreme->add_option("--json", choice.json, "results as JSON (- is standard output)");
-  extreme->add_option("--csv", choice.csv, "results as a table (- is standard output)");
-  extreme->add_option("--report", choice.report, "results as one HTML file (- is standard output)");
-  return extreme;
+  command.text("--family", choice.family, "only families whose name contains this");
+  command.count("--threads", choice.threads, 0, 1024, "0: one per core; the results are the same for any number");
+  command.text("--json", choice.json, "results as JSON (- is standard output)");
+  command.text("--csv", choice.csv, "results as a table (- is standard output)");
+  command.text("--report", choice.report, "results as one HTML file (- is standard output)");
+  return command;
 }
 
 int run_extreme(const ExtremeChoice& choice) {

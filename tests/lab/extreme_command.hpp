@@ -4,9 +4,7 @@
 #include <memory>
 #include <string>
 
-namespace CLI {
-class App;
-}
+#include "common/runtime/command.hpp"
 
 namespace farhand {
 
@@ -16,7 +14,7 @@ struct ExtremeChoice {
   std::string json, csv, report;
 };
 
-CLI::App* add_extreme(CLI::App& app, ExtremeChoice& choice);
+Command add_extreme(Command program, ExtremeChoice& choice);
 // Exit code: 0 only if every case has its expected verdict.
 int run_extreme(const ExtremeChoice& choice);
 

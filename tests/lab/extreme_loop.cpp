@@ -1,12 +1,12 @@
 #include "tests/lab/extreme_loop.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <deque>
 
 #include "common/config/schema.hpp"
+#include "common/integrate/eigenvalues.hpp"
 #include "common/plant/world.hpp"
-#include "common/scene/four_channel.hpp"
+#include "tests/lab/bare_law.hpp"
 #include "tests/lab/extreme_probe.hpp"
 
 namespace farhand::extreme {
@@ -57,9 +57,7 @@ class ExactOscillator {
   Long xx_, xv_, vx_, vv_, xu_, vu_, per_torque_, rest_pull_;
 };
 
-struct Sent {
-  Long x = 0, v = 0, f = 0;
-};
+using Sent = farhand::Sent<Long>;
 
 // One side by hand, after Daud 2011, B.1-B.10 and 5.10-5.11, with backward Euler in every filter.
 struct ExactSide {
@@ -84,7 +82,7 @@ struct ExactSide {
     y += a_v * (x - y);
     dis += a_d * (tau + J_n * g_d * v_now - dis);
     reac += a_r * (tau - D_n * v_now + J_n * g_r * v_now - reac);
-    own = {x, v_now, reac - J_n * g_r * v_now};
+    own = Sent{x, v_now, reac - J_n * g_r * v_now};
     return own;
   }
   void act(const Sent& peer) {
@@ -177,16 +175,18 @@ double spectral_radius(const LoopPlan& plan) {
   for (LoopSide* side : {&still.master, &still.slave}) side->rest = side->start = 0;
   int count = 0;
   ExactLoop(still).each_state([&](Long&) { ++count; });
-  Eigen::MatrixXd A(count, count);
+  const auto size = static_cast<std::size_t>(count);
+  std::vector<double> A(size * size);  // column by column: the transposed has the same eigenvalues
   for (int column = 0; column < count; ++column) {
     ExactLoop loop(still);
     int k = 0;
     loop.each_state([&](Long& value) { value = k++ == column ? 1 : 0; });
     loop.period();
     k = 0;
-    loop.each_state([&](Long& value) { A(k++, column) = static_cast<double>(value); });
+    loop.each_state(
+        [&](Long& value) { A[static_cast<std::size_t>(column * count + k++)] = static_cast<double>(value); });
   }
-  return A.eigenvalues().cwiseAbs().maxCoeff();
+  return std::abs(fastest_eigenvalue(A, size));
 }
 
 Outcome run_loop(const LoopPlan& plan) {
@@ -200,27 +200,23 @@ Outcome run_loop(const LoopPlan& plan) {
   DirectSlaveWorld slave_world(slave_params(plan));
   MasterPlant master_plant(master_params(plan));
   DirectSlavePlant slave_plant(slave_params(plan));
-  FourChannel<DirectDrive<1>> master(scene_params(plan, plan.master)), slave(scene_params(plan, plan.slave));
+  const auto master = make_block_law(Architecture::kFourChannel, scene_params(plan, plan.master)),
+             slave = make_block_law(Architecture::kFourChannel, scene_params(plan, plan.slave));
   ExactLoop exact(plan);
-  const auto still = [](double x) {
-    Motion<1> m;
-    m.x[0] = x;
-    return m;
-  };
-  std::deque<Motion<1>> to_slave(ExactLoop::length(plan), still(plan.master.start)),
-      to_master(ExactLoop::length(plan), still(plan.slave.start));
+  using Heard = std::deque<farhand::Sent<double>>;
+  Heard to_slave(ExactLoop::length(plan), {plan.master.start, 0, 0}),
+      to_master(ExactLoop::length(plan), {plan.slave.start, 0, 0});
   const auto sensed = [&](const auto& world) {
     watch.see(Block::kIntegrator, world.true_x());
     watch.see(Block::kIntegrator, world.true_v());
-    DirectDrive<1>::Sensed s;
-    s.x[0] = world.encoder();
-    watch.see(Block::kEncoder, s.x);
-    return s;
+    const double x = world.encoder();
+    watch.see(Block::kEncoder, x);
+    return x;
   };
-  master.drive.reset(sensed(master_world));
-  slave.drive.reset(sensed(slave_world));
-  const auto follow = [&](auto& scene, const Motion<1>& local, const Motion<1>& remote) {
-    const double torque = scene.drive.follow(local, scene.target(local, remote), true, 1).torque[0];
+  master->reset(sensed(master_world));
+  slave->reset(sensed(slave_world));
+  const auto follow = [&](auto& law, const farhand::Sent<double>& remote) {
+    const double torque = law->follow(remote);
     watch.command(torque);
     return torque;
   };
@@ -234,11 +230,10 @@ Outcome run_loop(const LoopPlan& plan) {
   std::uint64_t k = 0;
   for (; k < plan.ticks; ++k) {
     const double t0 = static_cast<double>(k) * plan.dt, t1 = static_cast<double>(k + 1) * plan.dt;
-    const Motion<1> m = master.drive.observe(sensed(master_world), 1), s = slave.drive.observe(sensed(slave_world), 1);
-    to_slave.push_back(m);
-    to_master.push_back(s);
-    energy[0].advance(master_world, master_plant, follow(master, m, to_master.front()), t0, t1, pieces);
-    energy[1].advance(slave_world, slave_plant, follow(slave, s, to_slave.front()), t0, t1, pieces);
+    to_slave.push_back(master->observe(sensed(master_world)));
+    to_master.push_back(slave->observe(sensed(slave_world)));
+    energy[0].advance(master_world, master_plant, follow(master, to_master.front()), t0, t1, pieces);
+    energy[1].advance(slave_world, slave_plant, follow(slave, to_slave.front()), t0, t1, pieces);
     to_slave.pop_front();
     to_master.pop_front();
     exact.period();

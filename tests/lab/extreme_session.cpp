@@ -36,13 +36,13 @@ using Reading = std::function<double(double, double)>;
 template <class P>
 class WatchedAxis {
  public:
-  using Drive = DirectDrive<1>;
+  using Io = DirectIo<1>;
 
   WatchedAxis(const typename P::Params& params, const WorldNumerics& numerics, Watch& watch, EnergyMeter& meter,
               const Reading& reading, int pieces)
       : world_(params, numerics), plant_(params), watch_(watch), meter_(meter), reading_(reading), pieces_(pieces) {}
 
-  Drive::Sensed read(double t_s) noexcept {
+  Io::Sensed read(double t_s) noexcept {
     if (t_s > t_s_) {
       meter_.advance(world_, plant_, torque_, t_s_, t_s, pieces_);
       t_s_ = t_s;
@@ -50,13 +50,13 @@ class WatchedAxis {
     watch_.see(Block::kIntegrator, world_.true_x());
     watch_.see(Block::kIntegrator, world_.true_v());
     if (world_.status() == IntegratorStatus::kDiverged) watch_.bad(Block::kIntegrator);
-    Drive::Sensed sensed;
+    Io::Sensed sensed;
     sensed.valid = world_.status() != IntegratorStatus::kDiverged;
     sensed.x[0] = reading_ ? reading_(t_s, world_.encoder()) : world_.encoder();
     watch_.see(Block::kEncoder, sensed.x);
     return sensed;
   }
-  void write(const Drive::Command& command, double /*t_s*/) noexcept {
+  void write(const Io::Command& command, double /*t_s*/) noexcept {
     torque_ = command.torque[0];
     watch_.command(torque_);
   }
@@ -94,9 +94,9 @@ class Run {
       slave_ = make_emulated_slave(scene, 2);
       metered_slave_ = false;
     } else {
-      slave_ = std::make_unique<SideOf<FourChannel, WatchedAxis<DirectSlavePlant>>>(
-          slave_station_params(scene, 2), slave_params, world_numerics(scene), watch_, slave_meter_,
-          plan_.slave_encoder, pieces);
+      slave_ = std::make_unique<SideOf<WatchedAxis<DirectSlavePlant>>>(slave_station_params(scene, 2), slave_params,
+                                                                       world_numerics(scene), watch_, slave_meter_,
+                                                                       plan_.slave_encoder, pieces);
     }
   }
 
@@ -140,14 +140,9 @@ class Run {
   }
 
   std::unique_ptr<Side> make_master(const scene::Scene& scene, const MasterPlant::Params& world, int pieces) {
-    const StationParams params = master_station_params(scene, 1);
-    const auto make = [&]<template <class> class Scene>() -> std::unique_ptr<Side> {
-      return std::make_unique<SideOf<Scene, WatchedAxis<MasterPlant>>>(params, world, world_numerics(scene), watch_,
-                                                                       master_meter_, plan_.master_encoder, pieces);
-    };
-    if (scene.architecture() == scene::FOUR_CHANNEL_CDOB) return make.template operator()<FourChannelCdob>();
-    if (scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV) return make.template operator()<FourChannelCdobSdcv>();
-    return make.template operator()<FourChannel>();
+    return std::make_unique<SideOf<WatchedAxis<MasterPlant>>>(master_station_params(scene, 1), world,
+                                                              world_numerics(scene), watch_, master_meter_,
+                                                              plan_.master_encoder, pieces);
   }
 
   void tick(Side& side, Nanoseconds t, Nanoseconds now, OperatorAct act, SideRecord& record, bool steady,

@@ -1,17 +1,15 @@
 #include "tests/lab/limits_command.hpp"
 
-#include <CLI/CLI.hpp>
-
 #include "common/runtime/program.hpp"
 #include "tests/lab/limits_report.hpp"
 #include "tests/lab/write_to.hpp"
 
 namespace farhand {
 
-CLI::App* add_limits(CLI::App& app, LimitsChoice& choice) {
-  CLI::App* command = app.add_subcommand("limits", "where observers, force loop and sampled walls cease to be stable");
-  command->add_option("--csv", choice.csv, "every point of the maps (- is standard output)");
-  command->add_option("--report", choice.report, "the maps as one HTML file (- is standard output)");
+Command add_limits(Command program, LimitsChoice& choice) {
+  Command command = program.subcommand("limits", "where observers, force loop and sampled walls cease to be stable");
+  command.text("--csv", choice.csv, "every point of the maps (- is standard output)");
+  command.text("--report", choice.report, "the maps as one HTML file (- is standard output)");
   return command;
 }
 

@@ -3,9 +3,7 @@
 
 #include <string>
 
-namespace CLI {
-class App;
-}
+#include "common/runtime/command.hpp"
 
 namespace farhand {
 
@@ -13,7 +11,7 @@ struct LimitsChoice {
   std::string csv, report;
 };
 
-CLI::App* add_limits(CLI::App& app, LimitsChoice& choice);
+Command add_limits(Command program, LimitsChoice& choice);
 int run_limits(const LimitsChoice& choice);
 
 }  // namespace farhand

@@ -1,7 +1,6 @@
 // farhand-lab: experiments in virtual time, and what one does to scenes and recordings at a desk.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <iomanip>
 
@@ -175,76 +174,75 @@ int export_recording(const std::string& file, const std::string& csv_directory, 
 }
 
 int main(int argc, char** argv) {
-  CLI::App app("Experiments in virtual time; scenes, recordings and reports.", "farhand-lab");
-  app.require_subcommand(1);
+  Program program("farhand-lab", "Experiments in virtual time; scenes, recordings and reports.");
+  Command lab = program.command();
+  lab.require_subcommand();
   SceneChoice choice;
   Outputs outputs;
-  CLI::App* run = app.add_subcommand("run", "run a scene in virtual time; exit code 3 if the verdict is failed");
-  run->add_option("SCENE", choice.scene, "name of a shipped scene, or path of a scene file")->required();
-  add_set_options(*run, choice);
-  run->add_option("--json", outputs.json, "metrics as flat JSON (- is standard output)");
-  run->add_option("--csv", outputs.csv, "every tick of both sides (- is standard output)");
-  run->add_option("--report", outputs.report, "report as one HTML file (- is standard output)");
-  run->add_option("--record", outputs.record, "recording of both sides and the link as MCAP (- is standard output)");
+  Command run = lab.subcommand("run", "run a scene in virtual time; exit code 3 if the verdict is failed");
+  add_scene_argument(run, choice);
+  run.text("--json", outputs.json, "metrics as flat JSON (- is standard output)");
+  run.text("--csv", outputs.csv, "every tick of both sides (- is standard output)");
+  run.text("--report", outputs.report, "report as one HTML file (- is standard output)");
+  run.text("--record", outputs.record, "recording of both sides and the link as MCAP (- is standard output)");
 
   std::vector<std::string> files;
-  CLI::App* checked = app.add_subcommand("check", "say everything that is wrong with scene files");
-  checked->add_option("FILE", files, "scene files or names")->required();
+  Command checked = lab.subcommand("check", "say everything that is wrong with scene files");
+  checked.texts("FILE", files, "scene files or names", Needed::kYes);
 
   LimitsChoice limits_choice;
-  CLI::App* limits = add_limits(app, limits_choice);
+  const Command limits = add_limits(lab, limits_choice);
 
   bool json = false;
-  CLI::App* printed =
-      app.add_subcommand("schema", "every setting with unit, range, default and meaning, and every metric");
-  printed->add_flag("--json", json, "the settings as JSON");
+  Command printed = lab.subcommand("schema", "every setting with unit, range, default and meaning, and every metric");
+  printed.flag("--json", json, "the settings as JSON");
 
-  CLI::App* made =
-      app.add_subcommand("directory",
-                         "make sessions/UTC-SCENE-SEED for the recordings of a session; prints it, the scene file "
-                         "in it and the device of the slave");
-  made->add_option("SCENE", choice.scene, "name of a shipped scene, or path of a scene file")->required();
-  add_set_options(*made, choice);
+  Command made =
+      lab.subcommand("directory",
+                     "make sessions/UTC-SCENE-SEED for the recordings of a session; prints it, the scene file "
+                     "in it and the device of the slave");
+  add_scene_argument(made, choice);
 
   std::string directory;
-  CLI::App* reported = app.add_subcommand("report", "merge the recordings of a session's processes and report");
-  reported->add_option("DIR", directory, "directory with master.mcap, slave.mcap, netem.mcap, mcu.mcap")->required();
+  Command reported = lab.subcommand("report", "merge the recordings of a session's processes and report");
+  reported.text("DIR", directory, "directory with master.mcap, slave.mcap, netem.mcap, mcu.mcap", Needed::kYes);
 
   PrecisionChoice precision_choice;
-  CLI::App* precision = add_precision(app, precision_choice);
+  const Command precision = add_precision(lab, precision_choice);
   SweepChoice sweep_choice;
-  CLI::App* swept = add_sweep(app, sweep_choice);
+  const Command swept = add_sweep(lab, sweep_choice);
 
   std::string file, to, csv_directory, mat_file;
-  CLI::App* recording = app.add_subcommand("recording", "mend or export a recording")->require_subcommand(1);
-  CLI::App* recovered = recording->add_subcommand("recover", "complete an unfinished recording");
-  recovered->add_option("FILE", file, "unfinished recording (.mcap.part)")->required();
-  recovered->add_option("TO", to, "complete recording; by default FILE without .part");
-  CLI::App* exported = recording->add_subcommand("export", "for other tools");
-  exported->add_option("FILE", file, "recording")->required();
-  exported->add_option("--csv", csv_directory, "directory for one CSV file per topic");
-  exported->add_option("--mat", mat_file, "MAT file, level 4");
+  Command recording = lab.subcommand("recording", "mend or export a recording");
+  recording.require_subcommand();
+  Command recovered = recording.subcommand("recover", "complete an unfinished recording");
+  recovered.text("FILE", file, "unfinished recording (.mcap.part)", Needed::kYes);
+  recovered.text("TO", to, "complete recording; by default FILE without .part");
+  Command exported = recording.subcommand("export", "for other tools");
+  exported.text("FILE", file, "recording", Needed::kYes);
+  exported.text("--csv", csv_directory, "directory for one CSV file per topic");
+  exported.text("--mat", mat_file, "MAT file, level 4");
 
   EndureChoice endurance;
-  CLI::App* endured = add_endure(app, endurance);
+  const Command endured = add_endure(lab, endurance);
   ExplainChoice explanation;
-  CLI::App* explained = add_explain(app, explanation);
+  const Command explained = add_explain(lab, explanation);
   ExtremeChoice extreme_choice;
-  CLI::App* extreme = add_extreme(app, extreme_choice);
+  const Command extreme = add_extreme(lab, extreme_choice);
 
-  return run_program(app, argc, argv, [&] {
-    if (explained->parsed()) return explain_scene(explanation);
-    if (endured->parsed()) return endure_scene(endurance);
-    if (run->parsed()) return run_scene(choice, outputs);
-    if (checked->parsed()) return check(files);
-    if (limits->parsed()) return run_limits(limits_choice);
-    if (printed->parsed()) return schema(json);
-    if (precision->parsed()) return run_precision(precision_choice);
-    if (swept->parsed()) return run_sweep(sweep_choice);
-    if (made->parsed()) return make_directory(choice);
-    if (reported->parsed()) return report(directory);
-    if (extreme->parsed()) return run_extreme(extreme_choice);
-    return recovered->parsed() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
+  return program.run(argc, argv, [&] {
+    if (explained.given()) return explain_scene(explanation);
+    if (endured.given()) return endure_scene(endurance);
+    if (run.given()) return run_scene(choice, outputs);
+    if (checked.given()) return check(files);
+    if (limits.given()) return run_limits(limits_choice);
+    if (printed.given()) return schema(json);
+    if (precision.given()) return run_precision(precision_choice);
+    if (swept.given()) return run_sweep(sweep_choice);
+    if (made.given()) return make_directory(choice);
+    if (reported.given()) return report(directory);
+    if (extreme.given()) return run_extreme(extreme_choice);
+    return recovered.given() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
   });
 }
 

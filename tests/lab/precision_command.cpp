@@ -1,22 +1,20 @@
 #include "tests/lab/precision_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "tests/lab/precision_report.hpp"
 #include "tests/lab/write_to.hpp"
 
 namespace farhand {
-CLI::App* add_precision(CLI::App& app, PrecisionChoice& choice) {
-  CLI::App* command = app.add_subcommand(
+Command add_precision(Command program, PrecisionChoice& choice) {
+  Command command = program.subcommand(
       "precision", "error of position and force against wall time: every integrator in the bare loop of a scene");
-  command->add_option("SCENE", choice.scene.scene, "name of a shipped scene, or path of a scene file")->required();
-  add_set_options(*command, choice.scene);
-  command->add_option("--runs", choice.settings.runs, "how often each is timed")->check(CLI::Range(1, 1000));
-  command->add_flag("!--no-cvode", choice.settings.competitor, "without CVODE, which takes most of the time");
-  command->add_option("--json", choice.json, "all numbers as JSON (- is standard output)");
-  command->add_option("--csv", choice.csv, "errors of every tick (- is standard output)");
-  command->add_option("--report", choice.report, "report as one HTML file (- is standard output)");
+  add_scene_argument(command, choice.scene);
+  command.count("--runs", choice.settings.runs, 1, 1000, "how often each is timed");
+  command.flag("!--no-cvode", choice.settings.competitor, "without CVODE, which takes most of the time");
+  command.text("--json", choice.json, "all numbers as JSON (- is standard output)");
+  command.text("--csv", choice.csv, "errors of every tick (- is standard output)");
+  command.text("--report", choice.report, "report as one HTML file (- is standard output)");
   return command;
 }
 

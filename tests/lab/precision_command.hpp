@@ -12,7 +12,7 @@ struct PrecisionChoice {
   std::string json, csv, report;
 };
 
-CLI::App* add_precision(CLI::App& app, PrecisionChoice& choice);
+Command add_precision(Command program, PrecisionChoice& choice);
 int run_precision(PrecisionChoice choice);
 
 }  // namespace farhand

@@ -1,6 +1,5 @@
 #include "tests/lab/sweep_command.hpp"
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <chrono>
 #include <iomanip>
@@ -43,14 +42,12 @@ bool parse_range(const std::string& set, SweptField& field) {
 
 }  // namespace
 
-CLI::App* add_sweep(CLI::App& app, SweepChoice& choice) {
-  CLI::App* command = app.add_subcommand(
+Command add_sweep(Command program, SweepChoice& choice) {
+  Command command = program.subcommand(
       "sweep", "a scene over ranges of its settings, in the bare loop and on all cores; --set field=from:to:count");
-  command->add_option("SCENE", choice.scene.scene, "name of a shipped scene, or path of a scene file")->required();
-  add_set_options(*command, choice.scene);
-  command->add_option("--threads", choice.threads, "0: one per core; the results are the same for any number")
-      ->check(CLI::Range(0, 1024));
-  command->add_option("--csv", choice.csv, "table of the results (default - is standard output)");
+  add_scene_argument(command, choice.scene);
+  command.count("--threads", choice.threads, 0, 1024, "0: one per core; the results are the same for any number");
+  command.text("--csv", choice.csv, "table of the results (default - is standard output)");
   return command;
 }
 

@@ -11,7 +11,7 @@ struct SweepChoice {
   std::string csv = "-";
 };
 
-CLI::App* add_sweep(CLI::App& app, SweepChoice& choice);
+Command add_sweep(Command program, SweepChoice& choice);
 int run_sweep(const SweepChoice& choice);
 
 }  // namespace farhand

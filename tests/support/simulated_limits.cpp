@@ -1,10 +1,11 @@
 #include "tests/support/simulated_limits.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "common/scene/drive.hpp"
+#include "tests/lab/bare_law.hpp"
 
 namespace farhand {
 namespace {
@@ -38,8 +39,9 @@ class ExactAxis {
   double h_;
 };
 
-DirectDrive<1> drive_of(const SideLoop& loop) {
-  DriveParams p;
+std::unique_ptr<BareLaw<double>> law_of(const SideLoop& loop) {
+  SceneParams scene;
+  DriveParams& p = scene.drive;
   p.model = {.J_n = loop.J_n, .viscous = loop.viscous};
   p.K = {loop.K_p, loop.K_d, loop.K_f};
   p.g_dis = Cutoff::rad_s(loop.g_dis);
@@ -48,7 +50,7 @@ DirectDrive<1> drive_of(const SideLoop& loop) {
   p.gate = {.torque = 1e12, .torque_rate = 1e15, .velocity = 1e9, .range_min = -1e12, .range_max = 1e12};
   p.take_over_s = loop.dt;
   p.dt_s = loop.dt;
-  return DirectDrive<1>(p);
+  return make_block_law(Architecture::kFourChannel, scene);
 }
 
 double energy_put_in(const SampledWall& wall, double K, double theta, int samples, Between between) {
@@ -69,14 +71,14 @@ double energy_put_in(const SampledWall& wall, double K, double theta, int sample
 }  // namespace
 
 bool comes_to_rest(const SideLoop& loop, int ticks) {
-  DirectDrive<1> drive = drive_of(loop);
+  const auto law = law_of(loop);
   ExactAxis axis(loop.axis, loop.dt);
-  drive.reset({Joints<1>(axis.x_), true});
+  law->reset(axis.x_);
   axis.v_ = 0.01;
   double middle = 0, end = 0;
   for (int n = 0; n < ticks; ++n) {
-    const Motion<1> local = drive.observe({Joints<1>(axis.x_), true}, 1);
-    axis.advance(drive.follow(local, Motion<1>{}, true, 1).torque[0]);
+    law->observe(axis.x_);
+    axis.advance(law->follow({}));
     if (!(std::abs(axis.v_) < 1e6)) return false;
     if (n >= ticks / 4) {
       double& most = n < ticks / 2 ? middle : end;

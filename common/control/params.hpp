@@ -1,0 +1,30 @@
+// The settings of the laws, apart from the laws: what only sets them is not rebuilt when one is edited.
+#pragma once
+
+#include "common/signal/cutoff.hpp"
+
+namespace farhand {
+
+struct FourChannelGains {
+  double K_p = 400.0;  // 1/s2
+  double K_d = 40.0;   // 1/s
+  double K_f = 250.0;  // 1/(kg m2); at most 1/J_n, or stiff contact limit-cycles
+};
+
+enum class LocalModel { kThesis, kWithForce };
+
+struct SdcvParams {
+  double f_1 = 0.35;  // N m
+  double f_2 = 0.75;  // N m, above f_1
+  Cutoff alpha_cutoff = Cutoff::rad_s(5.0);
+};
+
+struct GateParams {
+  double torque = 3.0;          // N m
+  double torque_rate = 3000.0;  // N m/s
+  double velocity = 4.0;        // rad/s, of a reference
+  double range_min = -0.349;    // rad
+  double range_max = 0.349;
+};
+
+}  // namespace farhand

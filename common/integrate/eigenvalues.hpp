@@ -1,0 +1,18 @@
+// Eigenvalues of a small real matrix, in one source: what finds them takes long to compile.
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace farhand {
+
+// Of a square matrix given row by row, after balancing. Empty if an entry is not finite or
+// the iteration does not end.
+std::vector<std::complex<double>> eigenvalues(std::span<const double> row_by_row, std::size_t size);
+
+// The one of largest modulus; infinite if there are none to be had, 0 of no matrix.
+std::complex<double> fastest_eigenvalue(std::span<const double> row_by_row, std::size_t size);
+
+}  // namespace farhand

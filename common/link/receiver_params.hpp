@@ -1,0 +1,14 @@
+// The settings of a receiver.
+#pragma once
+
+#include "common/signal/joints.hpp"
+
+namespace farhand {
+
+struct ReceiverParams {
+  Nanoseconds timeout;      // silence after which the peer counts as gone
+  Nanoseconds playout_max;  // largest depth of the play-out
+  Nanoseconds expiry;       // a packet that took longer than the fastest by more than this is never acted upon
+};
+
+}  // namespace farhand

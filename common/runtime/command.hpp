@@ -1,0 +1,66 @@
+// The command line of a program, or of one of its subcommands. Options are bound to variables before parsing; the
+// parser itself is compiled once, behind this face.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace farhand {
+
+enum class Needed : std::uint8_t { kNo, kYes };
+
+// A handle: copies mean the same command. Names begin with -- for options and in capitals for what is given by place.
+class Command {
+ public:
+  Command subcommand(const char* name, const char* purpose);
+  void require_subcommand();
+
+  void text(const char* name, std::string& value, const char* meaning, Needed needed = Needed::kNo);
+  // By place: one or more. As an option: one each time that it is written.
+  void texts(const char* name, std::vector<std::string>& values, const char* meaning, Needed needed = Needed::kNo);
+  // Both ends of a range are allowed; NaN is not in any.
+  void number(const char* name, double& value, double min, double max, const char* meaning);
+  void count(const char* name, int& value, int min, int max, const char* meaning);
+  void seed(const char* name, std::optional<std::uint64_t>& value, const char* meaning);
+  // "!--no-thing" clears the value.
+  void flag(const char* name, bool& value, const char* meaning);
+
+  // After parsing: this subcommand was asked for.
+  bool given() const;
+
+ private:
+  friend class Program;
+  explicit Command(CLI::App* app) : app_(app) {}
+  CLI::App* app_;
+};
+
+inline constexpr int kExitOk = 0;             // also when the verdict is degraded
+inline constexpr int kExitFailed = 1;         // failed while running
+inline constexpr int kExitUsage = 2;          // arguments, scene, files, ports: before anything moved
+inline constexpr int kExitVerdictFailed = 3;  // ran to its end, and the verdict is failed
+inline constexpr int kExitStopped = 130;      // came to rest after SIGINT or SIGTERM
+
+class Program {
+ public:
+  Program(const char* name, const char* purpose);
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  Command command() { return Command(app_); }
+  // Parses, runs the body, and turns what it throws into a sentence and an exit code. A body throws only before its
+  // loop.
+  int run(int argc, char** argv, const std::function<int()>& body);
+
+ private:
+  CLI::App* app_;
+};
+
+}  // namespace farhand

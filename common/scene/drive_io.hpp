@@ -1,0 +1,36 @@
+// What goes in and out of the two kinds of axis a station can stand on, apart from the laws between.
+#pragma once
+
+#include "common/signal/motion.hpp"
+
+namespace farhand {
+
+// A motor that takes a torque.
+template <int N>
+struct DirectIo {
+  struct Sensed {
+    Joints<N> x = Joints<N>::Zero();  // rad
+    bool valid = true;                // false: the device cannot be read
+    bool finite() const noexcept { return x.allFinite(); }
+  };
+  struct Command {
+    Joints<N> torque = Joints<N>::Zero();  // N m
+  };
+};
+
+// An axis behind its own controller, which takes the motion to follow.
+template <int N>
+struct ReferenceIo {
+  struct Sensed {
+    Joints<N> x = Joints<N>::Zero();  // rad
+    Joints<N> f = Joints<N>::Zero();  // reaction, N m
+    bool valid = false;               // false: no fresh telemetry, or the device is in a fault
+    bool finite() const noexcept { return x.allFinite() && f.allFinite(); }
+  };
+  struct Command {
+    bool track = false;  // false: the device is to let go
+    Motion<N> reference;
+  };
+};
+
+}  // namespace farhand

@@ -1,0 +1,45 @@
+// The settings of a station and of what is in it, apart from the code that they set.
+#pragma once
+
+#include "common/control/params.hpp"
+#include "common/link/receiver_params.hpp"
+#include "common/observer/axis_model.hpp"
+#include "common/scene/engagement.hpp"
+
+namespace farhand {
+
+struct DriveParams {
+  AxisModel model;
+  FourChannelGains K;
+  Cutoff g_dis = Cutoff::rad_s(200.0);
+  Cutoff g_reac = Cutoff::rad_s(200.0);
+  Cutoff g_v = Cutoff::rad_s(500.0);
+  GateParams gate;
+  double take_over_s = 0.5;  // the law's share of the torque rises from 0 to 1 in this time
+  double dt_s = 1e-3;
+};
+
+struct SceneParams {
+  DriveParams drive;
+  Cutoff g_net = Cutoff::rad_s(1000.0);
+  LocalModel local_model = LocalModel::kThesis;
+  SdcvParams sdcv;
+};
+
+// The patient's side is always plain four channels.
+enum class Architecture : std::uint8_t { kFourChannel, kCdob, kCdobSdcv };
+
+struct StationParams {
+  Role role = Role::kLeader;
+  Architecture architecture = Architecture::kFourChannel;
+  SceneParams scene;
+  ReceiverParams receive;
+  EngagementParams engagement;
+  double align_speed = 0.3;       // rad/s
+  double align_tolerance = 0.01;  // rad
+  double blend_s = 0.5;
+  std::uint32_t session = 1;
+  std::uint32_t expiry_ms = 2000;
+};
+
+}  // namespace farhand

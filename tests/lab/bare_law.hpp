@@ -1,0 +1,35 @@
+// The laws of the stations without their stations, for one joint: what a bare loop runs on each side. Behind one face
+// and compiled in one source, because plants and integrators would multiply them.
+#pragma once
+
+#include <memory>
+
+#include "common/scene/params.hpp"
+
+namespace farhand {
+
+// What one side tells the other.
+template <class T>
+struct Sent {
+  T x{}, v{}, f{};
+};
+
+// A drive that takes a torque, under the law of a scene, driven from the start.
+template <class T>
+class BareLaw {
+ public:
+  virtual ~BareLaw() = default;
+  // At rest at x, where the peer is too.
+  virtual void reset(T x) noexcept = 0;
+  // Once per tick: the angle read, and what is sent of it; then the torque to hold until the next tick.
+  virtual Sent<T> observe(T x) noexcept = 0;
+  virtual T follow(const Sent<T>& received) noexcept = 0;
+};
+
+// The product's blocks.
+std::unique_ptr<BareLaw<double>> make_block_law(Architecture architecture, const SceneParams& params);
+// The same by hand, in any scalar.
+template <class T>
+std::unique_ptr<BareLaw<T>> make_plain_law(Architecture architecture, const SceneParams& params);
+
+}  // namespace farhand
