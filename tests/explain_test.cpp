@@ -6,10 +6,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "common/config/station_params.hpp"
-#include "common/scene/station.hpp"
-#include "tests/bench/cut_station.hpp"
-#include "tests/bench/station_inputs.hpp"
 #include "tests/lab/explain_text.hpp"
 #include "tests/lab/simulation.hpp"
 
@@ -166,34 +162,6 @@ TEST(LeftOut, RowsThatNobodyKeepsAreTheSameRows) {
   }
   EXPECT_EQ(live.sum, kept.sum);
   EXPECT_EQ(counters.slave.received, session.slave_counters.received);
-}
-
-// So that the benchmark of what is left out compares two stations that do the same.
-TEST(LeftOut, StationCutByHandGivesTheSameTorquesAndPackets) {
-  const LoadedScene loaded = load_scene("zero_delay", Sets{"windows={}", "duration_s=14"});
-  const Session session = simulate(loaded);
-  const std::vector<Arrival> arrivals = arrivals_of(session, true);
-  const StationParams params = master_station_params(loaded.scene, kMasterSession);
-  Station<FourChannel<DirectDrive<1>>> whole(params);
-  cut::Station cut(cut::params_of(params));
-  int engaged = 0;
-  auto next = arrivals.begin();
-  for (const StationSample& row : session.master) {
-    const Nanoseconds now = from_seconds(row.t_s);
-    for (; next != arrivals.end() && next->at <= now; ++next) {
-      whole.receive(next->packet, next->at);
-      cut.receive(next->packet, next->at);
-    }
-    const OperatorAct act = row.t_s == 0.2 ? OperatorAct::kEngage : OperatorAct::kNone;
-    const auto a = whole.tick(now, {Joints<1>(row.x_rad), true}, act);
-    const auto b = cut.tick(now, Joints<1>(row.x_rad), true, act, 1);
-    ASSERT_EQ(a.command.torque[0], b.torque[0]) << row.t_s;
-    ASSERT_EQ(a.packet.motion.f[0], b.packet.motion.f[0]);
-    ASSERT_EQ(a.packet.state, b.packet.state);
-    ASSERT_EQ(a.packet.limits, b.packet.limits);
-    engaged += b.packet.state == StationState::kEngaged;
-  }
-  EXPECT_GT(engaged, 10000);
 }
 
 const Block& block(const Explanation& explanation, Place place, BlockId id) {

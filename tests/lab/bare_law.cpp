@@ -11,20 +11,24 @@ class BlockLaw final : public BareLaw<double> {
  public:
   explicit BlockLaw(const SceneParams& p) : scene_(p) {}
 
-  void reset(double x) noexcept override {
+  void reset(double x, const Sent<double>& received) noexcept override {
     scene_.drive.reset({.x = Joints<1>(x)});
-    scene_.start({Joints<1>(x), Joints<1>(0.0), Joints<1>(0.0)});
+    scene_.start(motion(received));
   }
   Sent<double> observe(double x) noexcept override {
     local_ = scene_.drive.observe({.x = Joints<1>(x)}, 1);
     return {local_.x[0], local_.v[0], local_.f[0]};
   }
   double follow(const Sent<double>& received) noexcept override {
-    const Motion<1> remote{Joints<1>(received.x), Joints<1>(received.v), Joints<1>(received.f)};
-    return scene_.drive.follow(local_, scene_.target(local_, remote), true, 1).torque[0];
+    return scene_.drive.follow(local_, scene_.target(local_, motion(received)), true, 1).torque[0];
   }
+  std::uint32_t limits() const noexcept override { return scene_.drive.active_limits(); }
 
  private:
+  static Motion<1> motion(const Sent<double>& sent) noexcept {
+    return {Joints<1>(sent.x), Joints<1>(sent.v), Joints<1>(sent.f)};
+  }
+
   Scene<DirectDrive<1>> scene_;
   Motion<1> local_;
 };
@@ -34,9 +38,9 @@ class PlainLaw final : public BareLaw<T> {
  public:
   explicit PlainLaw(const SceneParams& p) : law_(p) {}
 
-  void reset(T x) noexcept override {
+  void reset(T x, const Sent<T>& received) noexcept override {
     law_.reset(x);
-    law_.start(x, T{}, T{});
+    law_.start(received.x, received.v, received.f);
   }
   Sent<T> observe(T x) noexcept override {
     x_ = x;
@@ -44,6 +48,7 @@ class PlainLaw final : public BareLaw<T> {
     return {x, law_.v, law_.f};
   }
   T follow(const Sent<T>& received) noexcept override { return law_.follow(x_, received.x, received.v, received.f); }
+  std::uint32_t limits() const noexcept override { return law_.limits; }
 
  private:
   PlainStep<kScene, T> law_;
@@ -77,6 +82,7 @@ std::unique_ptr<BareLaw<T>> make_plain_law(Architecture architecture, const Scen
   return std::make_unique<PlainLaw<PlainScene::kFourChannel, T>>(params);
 }
 
+template std::unique_ptr<BareLaw<double>> make_plain_law(Architecture, const SceneParams&);
 template std::unique_ptr<BareLaw<long double>> make_plain_law(Architecture, const SceneParams&);
 
 }  // namespace farhand

@@ -2,6 +2,7 @@
 // and compiled in one source, because plants and integrators would multiply them.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "common/scene/params.hpp"
@@ -19,11 +20,12 @@ template <class T>
 class BareLaw {
  public:
   virtual ~BareLaw() = default;
-  // At rest at x, where the peer is too.
-  virtual void reset(T x) noexcept = 0;
+  // At rest at x, with the peer last heard of at `received`.
+  virtual void reset(T x, const Sent<T>& received) noexcept = 0;
   // Once per tick: the angle read, and what is sent of it; then the torque to hold until the next tick.
   virtual Sent<T> observe(T x) noexcept = 0;
   virtual T follow(const Sent<T>& received) noexcept = 0;
+  virtual std::uint32_t limits() const noexcept = 0;  // that acted on it
 };
 
 // The product's blocks.

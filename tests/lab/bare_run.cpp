@@ -20,7 +20,7 @@ class DirectSide {
   using Real = T;
   DirectSide(std::unique_ptr<BareLaw<T>> law, std::unique_ptr<BarePlant<T>> plant)
       : law_(std::move(law)), plant_(std::move(plant)) {
-    law_->reset(plant_->angle());
+    law_->reset(plant_->angle(), {plant_->angle(), T{}, T{}});
   }
 
   Sent<T> step(const Sent<T>& received, double /*t0*/, double t1) noexcept {

@@ -6,41 +6,21 @@
 
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
-#include "common/control/cdob.hpp"
-#include "common/control/four_channel.hpp"
-#include "common/control/limits.hpp"
-#include "common/control/sdcv.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/device/simulated_axis.hpp"
 #include "common/link/codec.hpp"
-#include "common/observer/rtob.hpp"
 #include "common/record/sample.hpp"
 #include "common/runtime/any_station.hpp"
-#include "common/scene/blend.hpp"
-#include "common/signal/derivative.hpp"
 #include "slave/emulator_params.hpp"
 #include "tests/bench/station_inputs.hpp"
 #include "tests/lab/emulated_slave.hpp"
+#include "tests/lab/explain_blocks.hpp"
 #include "tests/lab/explain_link.hpp"
 #include "tests/lab/measure.hpp"
 #include "tests/lab/simulation.hpp"
 
 namespace farhand {
 namespace {
-
-Motion<1> motion(double x, double v, double f) { return {Joints<1>(x), Joints<1>(v), Joints<1>(f)}; }
-
-// What one side saw in the scene's own run.
-struct Inputs {
-  bool master;
-  const std::vector<StationSample>& rows;
-  std::vector<Arrival> arrivals;
-
-  Motion<1> local(std::size_t k) const { return motion(rows[k].x_rad, rows[k].v_rad_s, rows[k].f_nm); }
-  Motion<1> remote(std::size_t k) const {
-    return motion(rows[k].remote_x_rad, rows[k].remote_v_rad_s, rows[k].remote_f_nm);
-  }
-};
 
 template <class Io>
 typename Io::Sensed sensed_in(const StationSample& row) {
@@ -71,73 +51,14 @@ class Meter {
 
  private:
   bool elastic() const { return scene_.slave().device() == scene::SERIES_ELASTIC; }
-  StationParams params(const Inputs& in) const {
+  StationParams params(const BlockInputs& in) const {
     return in.master ? master_station_params(scene_, kMasterSession) : slave_station_params(scene_, kSlaveSession);
   }
 
-  template <class Each>
-  static Cost each_tick(const Inputs& in, Each&& each) {
-    return measure(in.rows.size(), [&] {
-      for (std::size_t k = 0; k < in.rows.size(); ++k) each(k);
-    });
-  }
-
   Cost of(const Block& block) {
-    const Inputs& in = block.place == Place::kSlave ? slave_ : master_;
+    const BlockInputs& in = block.place == Place::kSlave ? slave_ : master_;
     const StationParams p = params(in);
-    const DriveParams& d = p.scene.drive;
     switch (block.id) {
-      case BlockId::kVelocity: {
-        Derivative<1> velocity(d.g_v, dt_s_);
-        return each_tick(in, [&](std::size_t k) { keep(velocity.step(Joints<1>(in.rows[k].x_rad))); });
-      }
-      case BlockId::kDob: {
-        Dob<1> dob(d.model.J_n, d.g_dis, dt_s_);
-        return each_tick(in, [&](std::size_t k) {
-          keep(dob.step(Joints<1>(in.rows[k].command_nm), Joints<1>(in.rows[k].v_rad_s)));
-        });
-      }
-      case BlockId::kRtob:
-        return rtob(in, without_known(d.model), dt_s_);
-      case BlockId::kWeight:
-      case BlockId::kCoulomb:
-        return part_of_rtob(in, d, block.id);
-      case BlockId::kLaw:
-        return each_tick(in, [&](std::size_t k) { keep(four_channel(d.K, in.local(k), in.remote(k))); });
-      case BlockId::kCdob: {
-        Cdob<1> cdob(d.K, p.scene.g_net, p.scene.local_model, dt_s_);
-        return each_tick(in, [&](std::size_t k) {
-          cdob.step(in.local(k), in.remote(k));
-          keep(cdob);
-        });
-      }
-      case BlockId::kSdcv: {
-        Sdcv<1> sdcv(p.scene.sdcv, dt_s_);
-        return each_tick(in, [&](std::size_t k) { keep(sdcv.step(Joints<1>(in.rows[k].remote_f_nm))); });
-      }
-      case BlockId::kTorqueGate: {
-        TorqueGate<1> gate(d.gate, dt_s_);
-        return each_tick(
-            in, [&](std::size_t k) { keep(gate.pass(Joints<1>(in.rows[k].command_nm), Joints<1>(in.rows[k].x_rad))); });
-      }
-      case BlockId::kReferenceGate: {
-        ReferenceGate<1> gate(d.gate, dt_s_);
-        return each_tick(in, [&](std::size_t k) { keep(gate.pass(in.remote(k))); });
-      }
-      case BlockId::kBlend: {
-        Blend<1> blend(p.blend_s, p.align_speed);
-        blend.begin(in.local(0), in.remote(0));
-        return each_tick(in, [&](std::size_t k) { keep(blend.step(in.remote(k), dt_s_)); });
-      }
-      case BlockId::kEngagement: {
-        Engagement engagement(p.role, p.engagement);
-        return each_tick(in, [&](std::size_t k) {
-          EngagementInputs inputs;
-          inputs.peer_alive = true;
-          inputs.peer = static_cast<StationState>(in.rows[k].state);
-          keep(engagement.step(static_cast<Nanoseconds>(k) * from_seconds(dt_s_), inputs));
-        });
-      }
       case BlockId::kReceiver:
         return receiver(in, p);
       case BlockId::kCodec:
@@ -155,31 +76,11 @@ class Meter {
       case BlockId::kPlantWeight:
         return world(block);
       default:
-        return {};  // costs nothing of its own: it is a value in another block
+        return cost_of_block(block.id, in, p);
     }
   }
 
-  static AxisModel without_known(AxisModel model) {
-    model.gravity = model.coulomb = 0;
-    return model;
-  }
-  static void through_rtob(const Inputs& in, Rtob<1>& rtob) {
-    for (const StationSample& row : in.rows)
-      keep(rtob.step(Joints<1>(row.command_nm), Joints<1>(row.x_rad), Joints<1>(row.v_rad_s)));
-  }
-  static Cost rtob(const Inputs& in, const AxisModel& model, double dt_s) {
-    Rtob<1> rtob(model, Cutoff::rad_s(200.0), dt_s);
-    return measure(in.rows.size(), [&] { through_rtob(in, rtob); });
-  }
-  Cost part_of_rtob(const Inputs& in, const DriveParams& d, BlockId id) const {
-    AxisModel less = d.model;
-    (id == BlockId::kWeight ? less.gravity : less.coulomb) = 0;
-    Rtob<1> with(d.model, d.g_reac, dt_s_), without(less, d.g_reac, dt_s_);
-    return difference(
-        in.rows.size(), [&] { through_rtob(in, with); }, [&] { through_rtob(in, without); });
-  }
-
-  Cost receiver(const Inputs& in, const StationParams& p) const {
+  Cost receiver(const BlockInputs& in, const StationParams& p) const {
     return measure(in.rows.size(), [&] {
       Receiver<1> receiver(p.receive, p.session);
       auto next = in.arrivals.begin();
@@ -192,7 +93,7 @@ class Meter {
   }
 
   template <class Io>
-  Cost station(const Inputs& in) const {
+  Cost station(const BlockInputs& in) const {
     return measure(in.rows.size(), [&] {
       const auto station = make_station<Io>(params(in));
       auto next = in.arrivals.begin();
@@ -262,7 +163,7 @@ class Meter {
   // Through the whole scene once; each thousand ticks are a batch. With a second world that lacks a part, the
   // difference of the two, which take turns.
   template <class World>
-  Cost world_cost(const Inputs& in, World world, World* less, double loops, bool torque) const {
+  Cost world_cost(const BlockInputs& in, World world, World* less, double loops, bool torque) const {
     const auto chunk = [&](World& advanced, std::size_t from) {
       const double start = thread_ns();
       for (std::size_t k = from; k < from + kChunk; ++k) {
@@ -280,7 +181,7 @@ class Meter {
     return ns.empty() ? Cost{} : summary(std::move(ns));
   }
   template <class World>
-  Cost world_cost(const Block& block, const Inputs& in, const typename World::Params& whole,
+  Cost world_cost(const Block& block, const BlockInputs& in, const typename World::Params& whole,
                   const typename World::Params& less, double loops, bool torque) const {
     const WorldNumerics numerics = world_numerics(scene_);
     if (block.id == BlockId::kPlant)
@@ -326,7 +227,7 @@ class Meter {
   static constexpr std::size_t kChunk = 1000;
   const scene::Scene& scene_;
   Session session_;
-  Inputs master_, slave_;
+  BlockInputs master_, slave_;
   double dt_s_;
 };
 

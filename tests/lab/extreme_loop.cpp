@@ -213,8 +213,8 @@ Outcome run_loop(const LoopPlan& plan) {
     watch.see(Block::kEncoder, x);
     return x;
   };
-  master->reset(sensed(master_world));
-  slave->reset(sensed(slave_world));
+  master->reset(sensed(master_world), {plan.slave.start, 0, 0});
+  slave->reset(sensed(slave_world), {plan.master.start, 0, 0});
   const auto follow = [&](auto& law, const farhand::Sent<double>& remote) {
     const double torque = law->follow(remote);
     watch.command(torque);

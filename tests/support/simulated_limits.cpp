@@ -73,7 +73,7 @@ double energy_put_in(const SampledWall& wall, double K, double theta, int sample
 bool comes_to_rest(const SideLoop& loop, int ticks) {
   const auto law = law_of(loop);
   ExactAxis axis(loop.axis, loop.dt);
-  law->reset(axis.x_);
+  law->reset(axis.x_, {});
   axis.v_ = 0.01;
   double middle = 0, end = 0;
   for (int n = 0; n < ticks; ++n) {

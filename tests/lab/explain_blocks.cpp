@@ -1,0 +1,110 @@
+#include "tests/lab/explain_blocks.hpp"
+
+#include "common/control/cdob.hpp"
+#include "common/control/four_channel.hpp"
+#include "common/control/limits.hpp"
+#include "common/control/sdcv.hpp"
+#include "common/observer/rtob.hpp"
+#include "common/scene/blend.hpp"
+#include "common/signal/derivative.hpp"
+#include "tests/lab/measure.hpp"
+
+namespace farhand {
+namespace {
+
+Motion<1> motion(double x, double v, double f) { return {Joints<1>(x), Joints<1>(v), Joints<1>(f)}; }
+Motion<1> local(const BlockInputs& in, std::size_t k) {
+  return motion(in.rows[k].x_rad, in.rows[k].v_rad_s, in.rows[k].f_nm);
+}
+Motion<1> remote(const BlockInputs& in, std::size_t k) {
+  return motion(in.rows[k].remote_x_rad, in.rows[k].remote_v_rad_s, in.rows[k].remote_f_nm);
+}
+
+template <class Each>
+Cost each_tick(const BlockInputs& in, Each&& each) {
+  return measure(in.rows.size(), [&] {
+    for (std::size_t k = 0; k < in.rows.size(); ++k) each(k);
+  });
+}
+
+AxisModel without_known(AxisModel model) {
+  model.gravity = model.coulomb = 0;
+  return model;
+}
+void through_rtob(const BlockInputs& in, Rtob<1>& rtob) {
+  for (const StationSample& row : in.rows)
+    keep(rtob.step(Joints<1>(row.command_nm), Joints<1>(row.x_rad), Joints<1>(row.v_rad_s)));
+}
+Cost rtob(const BlockInputs& in, const AxisModel& model, double dt_s) {
+  Rtob<1> rtob(model, Cutoff::rad_s(200.0), dt_s);
+  return measure(in.rows.size(), [&] { through_rtob(in, rtob); });
+}
+Cost part_of_rtob(const BlockInputs& in, const DriveParams& d, BlockId id) {
+  AxisModel less = d.model;
+  (id == BlockId::kWeight ? less.gravity : less.coulomb) = 0;
+  Rtob<1> with(d.model, d.g_reac, d.dt_s), without(less, d.g_reac, d.dt_s);
+  return difference(
+      in.rows.size(), [&] { through_rtob(in, with); }, [&] { through_rtob(in, without); });
+}
+
+}  // namespace
+
+Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
+  const DriveParams& d = p.scene.drive;
+  switch (id) {
+    case BlockId::kVelocity: {
+      Derivative<1> velocity(d.g_v, d.dt_s);
+      return each_tick(in, [&](std::size_t k) { keep(velocity.step(Joints<1>(in.rows[k].x_rad))); });
+    }
+    case BlockId::kDob: {
+      Dob<1> dob(d.model.J_n, d.g_dis, d.dt_s);
+      return each_tick(
+          in, [&](std::size_t k) { keep(dob.step(Joints<1>(in.rows[k].command_nm), Joints<1>(in.rows[k].v_rad_s))); });
+    }
+    case BlockId::kRtob:
+      return rtob(in, without_known(d.model), d.dt_s);
+    case BlockId::kWeight:
+    case BlockId::kCoulomb:
+      return part_of_rtob(in, d, id);
+    case BlockId::kLaw:
+      return each_tick(in, [&](std::size_t k) { keep(four_channel(d.K, local(in, k), remote(in, k))); });
+    case BlockId::kCdob: {
+      Cdob<1> cdob(d.K, p.scene.g_net, p.scene.local_model, d.dt_s);
+      return each_tick(in, [&](std::size_t k) {
+        cdob.step(local(in, k), remote(in, k));
+        keep(cdob);
+      });
+    }
+    case BlockId::kSdcv: {
+      Sdcv<1> sdcv(p.scene.sdcv, d.dt_s);
+      return each_tick(in, [&](std::size_t k) { keep(sdcv.step(Joints<1>(in.rows[k].remote_f_nm))); });
+    }
+    case BlockId::kTorqueGate: {
+      TorqueGate<1> gate(d.gate, d.dt_s);
+      return each_tick(
+          in, [&](std::size_t k) { keep(gate.pass(Joints<1>(in.rows[k].command_nm), Joints<1>(in.rows[k].x_rad))); });
+    }
+    case BlockId::kReferenceGate: {
+      ReferenceGate<1> gate(d.gate, d.dt_s);
+      return each_tick(in, [&](std::size_t k) { keep(gate.pass(remote(in, k))); });
+    }
+    case BlockId::kBlend: {
+      Blend<1> blend(p.blend_s, p.align_speed);
+      blend.begin(local(in, 0), remote(in, 0));
+      return each_tick(in, [&](std::size_t k) { keep(blend.step(remote(in, k), d.dt_s)); });
+    }
+    case BlockId::kEngagement: {
+      Engagement engagement(p.role, p.engagement);
+      return each_tick(in, [&](std::size_t k) {
+        EngagementInputs inputs;
+        inputs.peer_alive = true;
+        inputs.peer = static_cast<StationState>(in.rows[k].state);
+        keep(engagement.step(static_cast<Nanoseconds>(k) * from_seconds(d.dt_s), inputs));
+      });
+    }
+    default:
+      return {};
+  }
+}
+
+}  // namespace farhand
