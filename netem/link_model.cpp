@@ -24,7 +24,11 @@ void check(bool good, const char* message) {
 }  // namespace
 
 LinkModel::LinkModel(const LinkModelParams& params, std::uint64_t seed, LinkDirection direction)
-    : params_(params), cut_from_(from_seconds(params.cut_from_s)), cut_until_(from_seconds(params.cut_until_s)) {
+    : params_(params),
+      delay_(from_seconds(params.delay_s)),
+      cut_from_(from_seconds(params.cut_from_s)),
+      cut_until_(from_seconds(params.cut_until_s)),
+      certain_(params.loss == 0 && (params.jitter_s == 0 || params.distribution == DelayDistribution::kConstant)) {
   check(params.delay_s >= 0 && params.delay_s <= 3600, "delay_s must be in [0, 3600] s");
   check(params.jitter_s >= 0 && params.jitter_s <= 3600, "jitter_s must be in [0, 3600] s");
   check(params.loss >= 0 && params.loss <= 1, "loss must be in [0, 1]");
@@ -49,13 +53,14 @@ double LinkModel::unit() noexcept {
 }
 
 LinkModel::Fate LinkModel::offer(Nanoseconds now) noexcept {
+  const bool cut = now >= cut_from_ && now < cut_until_;
+  if (certain_) return {.lost = cut, .delay = delay_};
   const double for_loss = unit(), a = unit(), b = unit();
   double deviation = 0.0;
   if (params_.distribution == DelayDistribution::kUniform) deviation = 2.0 * a - 1.0;
   if (params_.distribution == DelayDistribution::kNormal) {
     deviation = std::sqrt(-2.0 * std::log(a)) * std::cos(2.0 * std::numbers::pi * b);  // Box & Muller 1958
   }
-  const bool cut = now >= cut_from_ && now < cut_until_;
   return {.lost = cut || for_loss < params_.loss,
           .delay = from_seconds(std::max(0.0, params_.delay_s + params_.jitter_s * deviation))};
 }

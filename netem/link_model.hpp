@@ -36,15 +36,17 @@ class LinkModel {
   LinkModel(const LinkModelParams& params, std::uint64_t seed, LinkDirection direction);
 
   // `now` counts from the start of the link. Each offer takes the same number of draws, so the delays of the others
-  // stay when loss, jitter or cut change.
+  // stay when loss, jitter or cut change. Where nothing is left to chance there is none.
   Fate offer(Nanoseconds now) noexcept;
 
  private:
   double unit() noexcept;
 
   LinkModelParams params_;
+  Nanoseconds delay_;
   Nanoseconds cut_from_;
   Nanoseconds cut_until_;
+  bool certain_;  // nothing is left to chance
   std::array<std::uint64_t, 4> state_;
 };
 

@@ -186,6 +186,37 @@ class Contract : public testing::Test {
     EXPECT_GT(crossed, 50);
   }
 
+  // A step said to keep clear of all borders meets none on its whole way.
+  template <class P>
+  void check_clearance(P plant, double input) {
+    int clear = 0, touching = 0;
+    for (int k = 0; k < 10'000; ++k) {
+      plant.hold(uniform(input));
+      const double t = 1.5 + uniform(1.45), h = std::pow(10.0, -3.5 + uniform(1.5));
+      typename P::State from = state<P>();
+      from[0] *= 0.3;
+      const Mode m = mode(plant, t, from) & ~(kSlidesBack | kSticking);
+      typename P::State to = from;
+      bool touches = false;
+      constexpr int kParts = 50;
+      for (int i = 0; i < kParts; ++i) {
+        const auto f = plant.derivative(m, t, to);
+        typename P::State middle = to;
+        for (std::size_t j = 0; j < P::kStates; ++j) middle[j] += 0.5 * h / kParts * f[j];
+        const auto g = plant.derivative(m, t, middle);
+        for (std::size_t j = 0; j < P::kStates; ++j) to[j] += h / kParts * g[j];
+        for (const double guard : plant.guards(m, t, to)) touches = touches || !(guard > 0);
+      }
+      if (touches) ++touching;
+      if (!plant.keeps_clear(m, from, to, h)) continue;
+      ++clear;
+      ASSERT_FALSE(touches) << "from " << from[0] << " at " << from[1] << " to " << to[0] << " in " << h << " s";
+    }
+    std::printf("%d steps keep clear, %d of the others touch\n", clear, touching);
+    EXPECT_GT(clear, 1000);
+    EXPECT_GT(touching, 1000);
+  }
+
  private:
   std::mt19937_64 random_{5};
 };
@@ -228,6 +259,11 @@ TEST_F(Contract, CrossingAGuardLeadsWhereTheStateSays) {
   check_crossings(direct<Friction::kBristle>(), 3);
   check_crossings(elastic<Friction::kNone>(), 4);
   check_crossings(elastic<Friction::kBristle>(), 4);
+}
+
+TEST_F(Contract, AStepSaidToKeepClearTouchesNothing) {
+  check_clearance(master<Friction::kNone>(0.2), 3);
+  check_clearance(direct<Friction::kNone>(), 3);
 }
 
 TEST_F(Contract, AtRestOnABorderTheAccelerationDecides) {

@@ -95,6 +95,15 @@ struct AffineBlock {
   Guards guards{};
   std::array<std::array<Bound, 2>, kGuards> bounds{};
   bool simple = false;  // no guard follows input or forcing directly, and each stays up if its first form does
+  // Of the first forms that move alike, as the gaps to all that lies on one side do: the lowest, which falls first.
+  struct Lowest {
+    State c{};
+    T d = 1;
+    Bound bound{};
+  };
+  static constexpr std::size_t kUsual = std::min<std::size_t>(kGuards, 2);  // both sides of one axis
+  std::array<Lowest, kGuards> lowest{};
+  std::size_t kinds = 0;
 
   Key fill(const P& plant, Mode mode, T omega, T length) noexcept;
 
@@ -157,11 +166,12 @@ struct AffineBlock {
     bool all = simple;
     State modulus;
     unrolled<kStates>([&](auto i) { modulus[i] = std::fabs(z[i]); });
-    unrolled<kGuards>([&](auto i) {
-      const Form& form = guards[i].first;
-      const Bound& bound = bounds[i][0];
-      all &= (form.d + dot(form.c, x)) - (dot(bound.reach, modulus) + bound.drift * swing) > 0;
-    });
+    const auto far = [&](const Lowest& form) __attribute__((always_inline)) {
+      return (form.d + dot(form.c, x)) - (dot(form.bound.reach, modulus) + form.bound.drift * swing) > 0;
+    };
+    if constexpr (kGuards > 0) all &= far(lowest[0]);
+    if constexpr (kGuards > 1) all &= far(lowest[1]);
+    for (std::size_t i = kUsual; i < kinds; ++i) all &= far(lowest[i]);
     return all;
   }
 };
@@ -200,10 +210,8 @@ typename AffineBlock<P, T>::Key AffineBlock<P, T>::fill(const P& plant, Mode mod
       b[i] = static_cast<T>(flow.b[i] - wide_gain[i] * static_cast<W>(plant.held()));
   }
   simple = kGuardsAreFixed;
-  for (auto& guard : guards) {
-    using Kind = typename AffineGuard<T, kStates>::Kind;
-    if (guard.kind == Kind::kNever) guard.first = {{}, T(1), T(0)};
-    simple = simple && guard.kind != Kind::kMin && guard.first.h == 0;
+  for (const auto& guard : guards) {
+    simple = simple && guard.kind != AffineGuard<T, kStates>::Kind::kMin && guard.first.h == 0;
   }
   // A millionth more covers their rounding, and the block being late.
   for (std::size_t g = 0; g < kGuards; ++g) {
@@ -217,6 +225,15 @@ typename AffineBlock<P, T>::Key AffineBlock<P, T>::fill(const P& plant, Mode mod
       }
       bound.drift = static_cast<T>(drift * W(1.000001));
     }
+  }
+  lowest = {}, kinds = 0;
+  for (std::size_t g = 0; g < kGuards; ++g) {
+    const Form& form = guards[g].first;
+    if (guards[g].kind == AffineGuard<T, kStates>::Kind::kNever) continue;
+    std::size_t i = 0;
+    while (i < kinds && lowest[i].c != form.c) ++i;
+    if (i == kinds || form.d < lowest[i].d) lowest[i] = {form.c, form.d, bounds[g][0]};
+    kinds = std::max(kinds, i + 1);
   }
   return key;
 }

@@ -120,14 +120,18 @@ class Integrator {
     bool event = false;
     std::size_t guard = kNone;
     if constexpr (kHasGuards) {
-      if (!frozen_) {
+      if (frozen_ || keeps_clear(plant, x_, y, h)) {
+        guards_known_ = before_known_ = false;
+      } else {
+        if (!guards_known_) guards_ = plant.guards(mode_, t_, x_);
         const Guards after = plant.guards(mode_, t_ + h, y);
         if (!far_from_borders(after)) guard = find_crossing(plant, h, y, after);
         event = guard != kNone;
         if (event && !within_bounds(y)) return diverge();
         before_ = guards_;
         guards_ = after;
-        before_known_ = h == target - t_;
+        before_known_ = guards_known_ && h == target - t_;
+        guards_known_ = true;
       }
     }
     ++work_.counters.steps;
@@ -206,13 +210,22 @@ class Integrator {
     return static_cast<std::size_t>(std::find_if(g.begin(), g.end(), [](double v) { return v < 0; }) - g.begin());
   }
 
+  // A plant may know that no border is near a step, cheaper than by its guards.
+  bool keeps_clear(const P& plant, const State& from, const State& to, double h) const noexcept {
+    if constexpr (requires { plant.keeps_clear(mode_, from, to, h); }) {
+      return !Scheme::kEmbedded && plant.keeps_clear(mode_, from, to, h);
+    } else {
+      return false;
+    }
+  }
+
   // In this step and the one before, equally long and just as smooth, no guard moved by a quarter of what it is above
   // zero: then it did not come down there and back in between.
   bool far_from_borders(const Guards& after) const noexcept {
     if (Scheme::kEmbedded || !before_known_) return false;
     for (std::size_t i = 0; i < P::kGuards; ++i) {
-      const double moved = std::fabs(after[i] - guards_[i]) + std::fabs(guards_[i] - before_[i]);
-      if (!(std::fmin(after[i], guards_[i]) > 4.0 * moved)) return false;
+      const double enough = 4.0 * (std::fabs(after[i] - guards_[i]) + std::fabs(guards_[i] - before_[i]));
+      if (!(after[i] > enough) || !(guards_[i] > enough)) return false;
     }
     return true;
   }
@@ -305,9 +318,11 @@ class Integrator {
   // Crosses what is below zero here and now: because an input jumped, or because two guards fell at the same instant.
   void settle(const P& plant) noexcept {
     if constexpr (kHasGuards) {
-      before_known_ = false;
+      before_known_ = guards_known_ = false;
+      if (keeps_clear(plant, x_, x_, 0.0)) return;
       while (!frozen_ && status_ != IntegratorStatus::kDiverged) {
         guards_ = plant.guards(mode_, t_, x_);
+        guards_known_ = true;
         const std::size_t guard = first_negative(guards_);
         if (guard == kNone) return;
         cross(plant, guard);
@@ -324,7 +339,7 @@ class Integrator {
   Mode mode_ = 0;
   int events_left_ = 0;
   bool frozen_ = false;  // events of this advance are used up
-  bool before_known_ = false;
+  bool guards_known_ = false, before_known_ = false;
   IntegratorStatus status_ = IntegratorStatus::kOk;
 };
 

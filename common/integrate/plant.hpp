@@ -17,6 +17,9 @@ template <std::size_t kStates>
 using StateMatrix = std::array<std::array<double, kStates>, kStates>;  // row by row
 
 // Every input that is held between control ticks (torque, velocity command) is part of the plant object.
+//
+// A plant may besides have  bool keeps_clear(mode, from, to, h)  which is true only if no guard can fall below zero in
+// a step of length h between these states. The guards are then not asked for.
 template <class P>
 concept Plant = requires(const P& plant, double t, const typename P::State& x, typename P::State& reset, Mode mode,
                          std::size_t guard) {

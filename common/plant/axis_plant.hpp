@@ -39,9 +39,10 @@ class AxisPlant {
  public:
   static constexpr bool kHasBristle = kFriction == Friction::kBristle;
   static constexpr bool kHasCoulomb = kFriction == Friction::kCoulomb;
+  static constexpr bool kHasFriction = kFriction != Friction::kNone;
   static constexpr std::size_t kStates = kHasBristle ? 3 : 2;  // x, v, torque of the bristle
   static constexpr std::size_t kFrictionGuard = 2 + Load::kGuards;
-  static constexpr std::size_t kGuards = kFrictionGuard + (kFriction == Friction::kNone ? 0 : 1);
+  static constexpr std::size_t kGuards = kFrictionGuard + (kHasFriction ? 1 : 0);
   static constexpr bool kInputMovesGuards = kHasCoulomb;  // what breaks away
   using State = std::array<double, kStates>;
   using Params = AxisParams<Load>;
@@ -54,7 +55,8 @@ class AxisPlant {
         bristle_(params.motor.bristle.value_or(Bristle::Params{})),
         coulomb_(params.motor.coulomb),
         J_(params.motor.J + load_.inertia()),
-        start_(params.start) {
+        start_(params.start),
+        free_(load_.free_range(axis_.stops().free_range())) {
     if (params.motor.friction() != kFriction) throw std::invalid_argument("this plant is made for another friction");
   }
 
@@ -105,6 +107,12 @@ class AxisPlant {
     return d;
   }
 
+  // Nothing is touched, and both ends are further from what can be than the axis could have gone and come back: 4 times
+  // what it moved and what its speeds would make of h. A cubic leaves the range between its ends by 4/27 of the latter.
+  bool keeps_clear(Mode mode, const State& from, const State& to, double h) const noexcept requires(!kHasFriction) {
+    const double away = 4.0 * (std::fabs(to[0] - from[0]) + h * (std::fabs(from[1]) + std::fabs(to[1])));
+    return (mode & kTouching) == 0 && to[0] - free_.low > away && free_.high - to[0] > away;
+  }
   // Stops, load, friction.
   std::array<double, kGuards> guards(Mode mode, double t, const State& s) const noexcept {
     std::array<double, kGuards> all;
@@ -243,7 +251,8 @@ class AxisPlant {
   }
   // Without dry friction.
   double free_torque(Mode mode, double t, double x, double v) const noexcept {
-    return torque_ - axis_.resistance(mode, x, v) - load_.reaction(mode, t, x, v);
+    const double own = torque_ - axis_.resistance(mode, x, v);
+    return load_.acts(mode) ? own - load_.reaction(mode, t, x, v) : own;
   }
   template <class T>
   AffineForm<T, kStates> free_torque_form(Mode mode) const noexcept {
@@ -259,6 +268,7 @@ class AxisPlant {
   Load load_;
   Bristle bristle_;
   double coulomb_, J_, start_;
+  FreeRange free_;
   double torque_ = 0;
 };
 

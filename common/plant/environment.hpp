@@ -30,6 +30,8 @@ class Environment {
   Mode mode_at(double t, double x, double v, double a = 0) const noexcept {
     return (hand_ && hand_->present(t) ? kHandPresent : 0u) | (wall_ && wall_->pushes(x, v, a) ? kAtWall : 0u);
   }
+  // Is anything touched? Where not, the reaction is 0, and to subtract that would only make each stage longer.
+  static constexpr bool acts(Mode mode) noexcept { return (mode & (kHandPresent | kAtWall)) != 0; }
   // Reaction, sign of Motion::f: positive resists positive motion.
   double reaction(Mode mode, double /*t*/, double x, double v) const noexcept { return reaction_at(mode, x, v); }
   double reaction_rate(Mode /*mode*/, double /*t*/) const noexcept { return 0.0; }  // of the reaction, by the time
@@ -44,6 +46,7 @@ class Environment {
   std::array<double, kGuards> guards(Mode mode, double x, double v) const noexcept {
     return {wall_ ? wall_->guard((mode & kAtWall) != 0, x, v) : kNoGuard};
   }
+  FreeRange free_range(const FreeRange& range) const noexcept { return wall_ ? wall_->free_range(range) : range; }
   template <class T, std::size_t S>
   std::array<AffineGuard<T, S>, kGuards> guard_forms(Mode mode) const noexcept {
     if (!wall_) return {};

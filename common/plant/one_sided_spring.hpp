@@ -11,6 +11,7 @@
 #include <algorithm>
 
 #include "common/integrate/affine.hpp"
+#include "common/plant/plant_mode.hpp"
 #include "common/plant/power_flow.hpp"
 
 namespace farhand {
@@ -51,6 +52,11 @@ struct OneSidedSpring {
     torque.d = T(stiffness) * depth.d;
     if (pushing) return {AffineGuard<T, S>::Kind::kOne, torque, {}};
     return {AffineGuard<T, S>::Kind::kMax, negative(depth), negative(torque)};
+  }
+
+  // What it leaves of a range.
+  FreeRange free_range(const FreeRange& range) const noexcept {
+    return side > 0 ? FreeRange{range.low, std::min(range.high, at)} : FreeRange{std::max(range.low, at), range.high};
   }
 
   double stored_energy(double x) const noexcept {

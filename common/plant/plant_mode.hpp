@@ -1,5 +1,7 @@
-// How the plants of this room use the bits of a mode.
+// How the plants of this room use the bits of a mode, and where no border is.
 #pragma once
+
+#include <limits>
 
 #include "common/integrate/plant.hpp"
 
@@ -13,7 +15,13 @@ constexpr Mode kSlidesBack = 1u << 4;  // friction takes the velocity as negativ
 constexpr Mode kSticking = 1u << 5;
 constexpr Mode kSpringAtMin = 1u << 6;
 constexpr Mode kSpringAtMax = 1u << 7;
+constexpr Mode kTouching = kAtStopMin | kAtStopMax | kAtWall;
 constexpr int kPieceShift = 8;  // above: the piece of the intended motion
+
+// Angles at which nothing is touched, rad.
+struct FreeRange {
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+};
 
 constexpr double kNoGuard = 1.0;  // of a border that cannot be reached
 

@@ -42,6 +42,7 @@ class Stops {
   std::array<AffineGuard<T, S>, 2> guard_forms(Mode mode) const noexcept {
     return {min_.guard_form<T, S>((mode & kAtMin) != 0), max_.guard_form<T, S>((mode & kAtMax) != 0)};
   }
+  FreeRange free_range() const noexcept { return min_.free_range(max_.free_range({})); }
   // Of guards()[guard].
   static constexpr Mode bit(std::size_t guard) noexcept { return guard == 0 ? kAtMin : kAtMax; }
 

@@ -43,6 +43,7 @@ class Therapist {
   Mode mode_at(double t, double /*x*/, double /*v*/, double /*a*/ = 0) const noexcept {
     return static_cast<Mode>(motion_.piece_at(t)) << kPieceShift;
   }
+  static constexpr bool acts(Mode /*mode*/) noexcept { return true; }
   // Without the part of the inertia. Sign of Motion::f: positive resists positive motion.
   double reaction(Mode mode, double t, double x, double v) const noexcept {
     const IntendedMotion::Point intended = motion_.at(mode >> kPieceShift, t);
@@ -55,6 +56,7 @@ class Therapist {
   double stiffness(Mode /*mode*/) const noexcept { return K_h_; }
   double damping(Mode /*mode*/) const noexcept { return B_h_; }
   std::array<double, kGuards> guards(Mode /*mode*/, double /*x*/, double /*v*/) const noexcept { return {}; }
+  static FreeRange free_range(const FreeRange& range) noexcept { return range; }
   template <class T, std::size_t S>
   std::array<AffineGuard<T, S>, kGuards> guard_forms(Mode /*mode*/) const noexcept {
     return {};
