@@ -9,6 +9,7 @@
 #include "common/control/four_channel.hpp"
 #include "common/control/limits.hpp"
 #include "common/control/sdcv.hpp"
+#include "common/scene/drive_law.hpp"
 #include "common/scene/four_channel.hpp"
 #include "common/signal/delay_line.hpp"
 #include "tests/bench/plain_step.hpp"

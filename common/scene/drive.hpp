@@ -1,8 +1,7 @@
 // The two kinds of axis a station can stand on. A drive turns readings into the local motion, and the motion to follow
-// into a command.
+// into a command. What its functions do stands in drive_law.hpp and is compiled once, in scenes.cpp.
 #pragma once
 
-#include "common/control/four_channel.hpp"
 #include "common/control/limits.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/scene/drive_io.hpp"
@@ -30,37 +29,16 @@ class DirectDrive {
         fall_(p.dt_s / kLetGo) {}
 
   // At rest at x with nothing but the known load acting.
-  void reset(const Sensed& sensed) noexcept {
-    derivative_.reset(sensed.x);
-    dob_.reset(Joints<N>::Zero(), Joints<N>::Zero());
-    rtob_.reset(-model_.gravity_load<N>(sensed.x), Joints<N>::Zero());
-  }
+  void reset(const Sensed& sensed) noexcept;
 
   // ticks: periods since the last call; more than one means that some were missed.
-  Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
-    Motion<N> local;
-    local.x = sensed.x;
-    local.v = ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x);
-    dob_.step(gate_.applied(), local.v);
-    local.f = rtob_.step(gate_.applied(), local.x, local.v);
-    return local;
-  }
+  Motion<N> observe(const Sensed& sensed, int ticks) noexcept;
 
   // After observe() of the same tick. Not driven, gravity is compensated and nothing else.
-  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {
-    authority_ = std::clamp(authority_ + (driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
-    const Joints<N> wish = model_.J_n * four_channel(K_, local, target) + dob_.value();
-    // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.
-    if (model_.gravity == 0.0) return {gate_.pass(authority_ * wish, local.x)};
-    const Joints<N>& idle = rtob_.gravity_load();
-    return {gate_.pass(idle + authority_ * (wish - idle), local.x)};
-  }
+  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept;
 
   // Nothing, at once: what a fault leaves.
-  Command safe() noexcept {
-    authority_ = 0.0;
-    return {gate_.cut()};
-  }
+  Command safe() noexcept;
 
   double effort() const noexcept { return gate_.applied()[0]; }
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
@@ -89,24 +67,13 @@ class ReferenceDrive {
 
   explicit ReferenceDrive(const DriveParams& p) : derivative_(p.g_v, p.dt_s), gate_(p.gate, p.dt_s) {}
 
-  void reset(const Sensed& sensed) noexcept {
-    derivative_.reset(sensed.x);
-    gate_.reset(sensed.x);
-  }
+  void reset(const Sensed& sensed) noexcept;
 
-  Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
-    return {sensed.x, ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x), sensed.f};
-  }
+  Motion<N> observe(const Sensed& sensed, int ticks) noexcept;
 
-  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {
-    if (!driven) {
-      gate_.reset(local.x);
-      return {false, gate_.applied()};
-    }
-    return {true, gate_.pass(target, ticks)};
-  }
+  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept;
 
-  Command safe() noexcept { return {false, gate_.applied()}; }  // the device ramps down by itself
+  Command safe() noexcept;  // the device ramps down by itself
 
   double effort() const noexcept { return gate_.applied().f[0]; }
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
@@ -115,5 +82,8 @@ class ReferenceDrive {
   Derivative<N> derivative_;
   ReferenceGate<N> gate_;
 };
+
+extern template class DirectDrive<1>;
+extern template class ReferenceDrive<1>;
 
 }  // namespace farhand

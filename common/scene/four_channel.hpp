@@ -35,11 +35,8 @@ struct FourChannelCdob {
   Drive drive;
   Cdob<N> cdob;
 
-  void start(const Motion<N>& received) noexcept { cdob.reset(received); }
-  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept {
-    cdob.step(local, received);
-    return {received.x + cdob.x_cdob(), received.v + cdob.v_cdob(), received.f};
-  }
+  void start(const Motion<N>& received) noexcept;
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept;
   Compensation compensation() const noexcept { return {cdob.x_cdob()[0], 1.0}; }
 };
 
@@ -54,16 +51,41 @@ struct FourChannelCdobSdcv {
   Cdob<N> cdob;
   Sdcv<N> sdcv;
 
-  void start(const Motion<N>& received) noexcept {
-    cdob.reset(received);
-    sdcv.reset(received.f);
-  }
-  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept {
-    cdob.step(local, received);
-    const Joints<N>& alpha = sdcv.step(received.f);
-    return {received.x + alpha * cdob.x_cdob(), received.v + alpha * cdob.v_cdob(), received.f};
-  }
+  void start(const Motion<N>& received) noexcept;
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept;
   Compensation compensation() const noexcept { return {cdob.x_cdob()[0], sdcv.value()[0]}; }
 };
+
+template <class D>
+void FourChannelCdob<D>::start(const Motion<N>& received) noexcept {
+  cdob.reset(received);
+}
+
+template <class D>
+auto FourChannelCdob<D>::target(const Motion<N>& local, const Motion<N>& received) noexcept -> Motion<N> {
+  cdob.step(local, received);
+  return {received.x + cdob.x_cdob(), received.v + cdob.v_cdob(), received.f};
+}
+
+template <class D>
+void FourChannelCdobSdcv<D>::start(const Motion<N>& received) noexcept {
+  cdob.reset(received);
+  sdcv.reset(received.f);
+}
+
+template <class D>
+auto FourChannelCdobSdcv<D>::target(const Motion<N>& local, const Motion<N>& received) noexcept -> Motion<N> {
+  cdob.step(local, received);
+  const Joints<N>& alpha = sdcv.step(received.f);
+  return {received.x + alpha * cdob.x_cdob(), received.v + alpha * cdob.v_cdob(), received.f};
+}
+
+// Compiled once, in scenes.cpp, so that an edit of a block rebuilds little.
+extern template struct FourChannel<DirectDrive<1>>;
+extern template struct FourChannel<ReferenceDrive<1>>;
+extern template struct FourChannelCdob<DirectDrive<1>>;
+extern template struct FourChannelCdob<ReferenceDrive<1>>;
+extern template struct FourChannelCdobSdcv<DirectDrive<1>>;
+extern template struct FourChannelCdobSdcv<ReferenceDrive<1>>;
 
 }  // namespace farhand

@@ -3,6 +3,7 @@
 // tests/explain_test.cpp holds these to the same numbers, bench/zero_cost_bench.cpp compares the time.
 #pragma once
 
+#include "common/control/four_channel.hpp"
 #include "common/link/codec.hpp"
 #include "common/link/receiver.hpp"
 #include "common/scene/blend.hpp"

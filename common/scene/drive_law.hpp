@@ -1,0 +1,69 @@
+// What the drives do: included where they are compiled, and by what wants them for another number of joints.
+#pragma once
+
+#include "common/control/four_channel.hpp"
+#include "common/scene/drive.hpp"
+
+namespace farhand {
+
+template <int N>
+void DirectDrive<N>::reset(const Sensed& sensed) noexcept {
+  derivative_.reset(sensed.x);
+  dob_.reset(Joints<N>::Zero(), Joints<N>::Zero());
+  rtob_.reset(-model_.gravity_load<N>(sensed.x), Joints<N>::Zero());
+}
+
+template <int N>
+Motion<N> DirectDrive<N>::observe(const Sensed& sensed, int ticks) noexcept {
+  Motion<N> local;
+  local.x = sensed.x;
+  local.v = ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x);
+  dob_.step(gate_.applied(), local.v);
+  local.f = rtob_.step(gate_.applied(), local.x, local.v);
+  return local;
+}
+
+template <int N>
+auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept
+    -> Command {
+  authority_ = std::clamp(authority_ + (driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
+  const Joints<N> wish = model_.J_n * four_channel(K_, local, target) + dob_.value();
+  // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.
+  if (model_.gravity == 0.0) return {gate_.pass(authority_ * wish, local.x)};
+  const Joints<N>& idle = rtob_.gravity_load();
+  return {gate_.pass(idle + authority_ * (wish - idle), local.x)};
+}
+
+template <int N>
+auto DirectDrive<N>::safe() noexcept -> Command {
+  authority_ = 0.0;
+  return {gate_.cut()};
+}
+
+template <int N>
+void ReferenceDrive<N>::reset(const Sensed& sensed) noexcept {
+  derivative_.reset(sensed.x);
+  gate_.reset(sensed.x);
+}
+
+template <int N>
+Motion<N> ReferenceDrive<N>::observe(const Sensed& sensed, int ticks) noexcept {
+  return {sensed.x, ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x), sensed.f};
+}
+
+template <int N>
+auto ReferenceDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept
+    -> Command {
+  if (!driven) {
+    gate_.reset(local.x);
+    return {false, gate_.applied()};
+  }
+  return {true, gate_.pass(target, ticks)};
+}
+
+template <int N>
+auto ReferenceDrive<N>::safe() noexcept -> Command {
+  return {false, gate_.applied()};
+}
+
+}  // namespace farhand
