@@ -86,8 +86,9 @@ class Warner {
       if (radius >= 1.0) sides_rest = false;
       const double growth = std::log(radius) / period_s;
       if (growth < kGrowth) return;
-      say("the loop of the " + who + " is unstable in " + where + ": in 1 ms it grows by " +
-          rounded(100.0 * std::expm1(1e-3 * growth)) + " %" +
+      const double percent = 100.0 * std::expm1(1e-3 * growth);
+      say("the loop of the " + who + " is unstable in " + where + ": in 1 ms it grows " +
+          (std::isfinite(percent) ? "by " + rounded(percent) + " %" : "beyond all numbers") +
           what_would_do(s_, knobs, [&](const scene::Scene& tried) { return again(tried) < 1.0; }));
     };
     const auto radius_of_master = [](const scene::Scene& scene) { return spectral_radius(master_loop(scene)); };

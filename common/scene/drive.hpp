@@ -1,5 +1,5 @@
 // The two kinds of axis a station can stand on. A drive turns readings into the local motion, and the motion to follow
-// into a command. What its functions do stands in drive_law.hpp and is compiled once, in scenes.cpp.
+// into a command. What the direct one does stands in drive_law.hpp and is compiled once, in scenes.cpp.
 #pragma once
 
 #include "common/control/limits.hpp"
@@ -67,13 +67,24 @@ class ReferenceDrive {
 
   explicit ReferenceDrive(const DriveParams& p) : derivative_(p.g_v, p.dt_s), gate_(p.gate, p.dt_s) {}
 
-  void reset(const Sensed& sensed) noexcept;
+  void reset(const Sensed& sensed) noexcept {
+    derivative_.reset(sensed.x);
+    gate_.reset(sensed.x);
+  }
 
-  Motion<N> observe(const Sensed& sensed, int ticks) noexcept;
+  Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
+    return {sensed.x, ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x), sensed.f};
+  }
 
-  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept;
+  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {
+    if (!driven) {
+      gate_.reset(local.x);
+      return {false, gate_.applied()};
+    }
+    return {true, gate_.pass(target, ticks)};
+  }
 
-  Command safe() noexcept;  // the device ramps down by itself
+  Command safe() noexcept { return {false, gate_.applied()}; }  // the device ramps down by itself
 
   double effort() const noexcept { return gate_.applied().f[0]; }
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
@@ -84,6 +95,5 @@ class ReferenceDrive {
 };
 
 extern template class DirectDrive<1>;
-extern template class ReferenceDrive<1>;
 
 }  // namespace farhand

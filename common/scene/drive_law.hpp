@@ -1,4 +1,4 @@
-// What the drives do: included where they are compiled, and by what wants them for another number of joints.
+// What a direct drive does: included where it is compiled, and by what wants it for another number of joints.
 #pragma once
 
 #include "common/control/four_channel.hpp"
@@ -38,32 +38,6 @@ template <int N>
 auto DirectDrive<N>::safe() noexcept -> Command {
   authority_ = 0.0;
   return {gate_.cut()};
-}
-
-template <int N>
-void ReferenceDrive<N>::reset(const Sensed& sensed) noexcept {
-  derivative_.reset(sensed.x);
-  gate_.reset(sensed.x);
-}
-
-template <int N>
-Motion<N> ReferenceDrive<N>::observe(const Sensed& sensed, int ticks) noexcept {
-  return {sensed.x, ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x), sensed.f};
-}
-
-template <int N>
-auto ReferenceDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept
-    -> Command {
-  if (!driven) {
-    gate_.reset(local.x);
-    return {false, gate_.applied()};
-  }
-  return {true, gate_.pass(target, ticks)};
-}
-
-template <int N>
-auto ReferenceDrive<N>::safe() noexcept -> Command {
-  return {false, gate_.applied()};
 }
 
 }  // namespace farhand

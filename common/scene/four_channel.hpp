@@ -82,7 +82,6 @@ auto FourChannelCdobSdcv<D>::target(const Motion<N>& local, const Motion<N>& rec
 
 // Compiled once, in scenes.cpp, so that an edit of a block rebuilds little.
 extern template struct FourChannel<DirectDrive<1>>;
-extern template struct FourChannel<ReferenceDrive<1>>;
 extern template struct FourChannelCdob<DirectDrive<1>>;
 extern template struct FourChannelCdob<ReferenceDrive<1>>;
 extern template struct FourChannelCdobSdcv<DirectDrive<1>>;

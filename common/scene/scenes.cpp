@@ -4,9 +4,7 @@
 namespace farhand {
 
 template class DirectDrive<1>;
-template class ReferenceDrive<1>;
 template struct FourChannel<DirectDrive<1>>;
-template struct FourChannel<ReferenceDrive<1>>;
 template struct FourChannelCdob<DirectDrive<1>>;
 template struct FourChannelCdob<ReferenceDrive<1>>;
 template struct FourChannelCdobSdcv<DirectDrive<1>>;
