@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "common/analysis/bisect.hpp"
+#include "common/config/hammering.hpp"
 #include "common/config/scene_loops.hpp"
 #include "common/config/schema.hpp"
 #include "common/config/world_params.hpp"
@@ -65,7 +66,7 @@ class Warner {
 
   std::vector<std::string> all() {
     loops();
-    force_gain();
+    hammering();
     cut_offs();
     noise();
     compensation();
@@ -140,6 +141,7 @@ class Warner {
     return sentence;
   }
 
+  // The force gain and the inertia it is meant for come first.
   std::vector<Knob> side_knobs(bool master) const {
     const scene::Control& c = s_.control();
     const scene::Axis& axis = master ? s_.master().axis() : s_.slave().axis();
@@ -168,21 +170,18 @@ class Warner {
     return knobs;
   }
 
-  // Rules for hard contact, which hits and lets go instead of staying closed as the analysis assumes.
-  void force_gain() {
-    constexpr double kStiff = 100.0;  // N m/rad
-    if (is_elastic(s_)) return;
-    bool stiff = false;
-    for (const Contact& contact : contacts(s_)) stiff = stiff || contact.k >= kStiff;
-    if (!stiff) return;
-    const double K_f = s_.control().k_f_per_kgm2(), J_n = s_.slave().axis().j_n_kgm2(), J = s_.slave().motor().j_kgm2();
-    if (K_f * J_n > 1.0 + 1e-9)
-      say(is("control.K_f_per_kgm2", K_f) + " is above 1/" + is("slave.axis.J_n_kgm2", J_n) + ", which is " +
-          rounded(1.0 / J_n) + ": stiff contact may limit-cycle");
-    constexpr double kNear = 0.8, kLow = 0.5, kHigh = 1.3;
-    if (K_f * J >= kNear && (J_n < kLow * J || J_n > kHigh * J))
-      say(is("slave.axis.J_n_kgm2", J_n) + " is " + rounded(J_n / J) + " times " + is("slave.motor.J_kgm2", J) +
-          ": with " + is("control.K_f_per_kgm2", K_f) + " near 1/J, stiff contact is stable from 0.5 to 1.3 times it");
+  // Hard contact is hit and let go of before it stays closed.
+  void hammering() {
+    if (is_elastic(s_) || !(s_.control().k_p_per_s2() > 0.0)) return;
+    for (const Contact& contact : contacts(s_)) {
+      const double swings = std::exp(kGrowth * s_.tick_s());  // that has been said
+      if (!contact.one_sided || slave_radius(s_, {}) >= swings || slave_radius(s_, contact) >= swings) continue;
+      if (hits_die_out(s_, contact)) continue;
+      std::vector<Knob> knobs = side_knobs(false);
+      knobs.resize(2);
+      say("a hit does not die out in " + contact.name + ": the slave hammers on" +
+          what_would_do(s_, knobs, [&](const scene::Scene& tried) { return hits_die_out(tried, contact); }));
+    }
   }
 
   void cut_offs() {

@@ -8,7 +8,7 @@ namespace farhand {
 struct FourChannelGains {
   double K_p = 400.0;  // 1/s2
   double K_d = 40.0;   // 1/s
-  double K_f = 250.0;  // 1/(kg m2); at most 1/J_n, or stiff contact limit-cycles
+  double K_f = 250.0;  // 1/(kg m2); at most 1/J_n, or hits on a wall may not die out
 };
 
 enum class LocalModel { kThesis, kWithForce };
