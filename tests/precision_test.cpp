@@ -143,6 +143,29 @@ struct Bounce {
   double push(const State& x) const noexcept { return x[0] + 2 * zeta * x[1]; }
 };
 
+// x' = 0.3 - x, all but there.
+struct Creep {
+  static constexpr std::size_t kStates = 1, kGuards = 0;
+  using State = std::array<double, 1>;
+  Mode mode_at(double, const State&) const noexcept { return 0; }
+  State derivative(Mode, double, const State& x) const noexcept { return {0.3 - x[0]}; }
+  StateMatrix<1> jacobian(Mode, double, const State&) const noexcept { return {{{-1}}}; }
+  State time_derivative(Mode, double, const State&) const noexcept { return {}; }
+  std::array<double, 0> guards(Mode, double, const State&) const noexcept { return {}; }
+  Mode cross(Mode mode, std::size_t, double, State&) const noexcept { return mode; }
+  double next_break(double) const noexcept { return HUGE_VAL; }
+};
+
+// A step moves it by 3e-15 of itself, fifty times what double resolves there and less than Newton leaves as a residual.
+TEST(Precision, CreepIsNotTakenForRest) {
+  IntegratorSettings settings;
+  settings.max_step = 1e-5;
+  Integrator<Sdirk2, Creep> integrator(settings);
+  integrator.start({}, 0, {0.3 + 1e-10});
+  integrator.advance({}, 1);
+  EXPECT_NEAR(integrator.state()[0] - 0.3, 1e-10 * std::exp(-1), 1e5 * 0.5 * 5.6e-17);  // each step rounds
+}
+
 // How much too fast the mass leaves, and how late.
 struct Exit {
   double v, late;

@@ -77,6 +77,8 @@ std::string tick_label(double y, double step) {
   return fixed(y, std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9))));
 }
 
+std::string decade_label(double y) { return y > 0 && y < kSmallest ? bare(scientific(y)) : tick_label(y, y); }
+
 std::string quantity(double y, std::string_view unit) {
   if (!std::isfinite(y)) return "-";
   if (unit == "rad") return three_digits(1e3 * y) + " mrad (" + three_digits(y * 180 / std::numbers::pi) + "\u00b0)";

@@ -87,14 +87,13 @@ class Picture {
       if (row.choice.method != method || row.quantised != quantised || !row.ok() || row.wall_s.empty()) continue;
       wall.push_back(row.wall_median());
       error.push_back(std::max((row.*pick_).max, least()));
-      plot_.loop("", {row.wall_s.front(), row.wall_s.back()}, {error.back(), error.back()}, ink);
+      plot_.loop("", {row.wall_s.front(), row.wall_s.back()}, {error.back(), error.back()}, Ink::kGrey);
     }
     if (wall.empty()) return;
     std::string label(name_of(method));
     const FittedOrder* fit = quantised ? nullptr : fit_of(result_, method);
-    if (fit && fit->points >= 2) {
-      label += ", order " + fixed(pick_ == &PrecisionRow::position ? fit->position : fit->force, 2);
-    }
+    const double order = fit == nullptr ? NAN : pick_ == &PrecisionRow::position ? fit->position : fit->force;
+    if (std::isfinite(order)) label += ", order " + fixed(order, 2);
     if (quantised) label += ", encoder counts";
     const bool joined = wall.size() > 1 && !quantised;
     if (joined) plot_.loop(label, wall, error, ink);
@@ -103,8 +102,11 @@ class Picture {
 
   std::string svg() {
     for (const PrecisionRow& row : result_.rows) {
-      if (row.is_default && !row.wall_s.empty())
-        plot_.mark(row.wall_median(), std::max((row.*pick_).max, least()), "default of this scene");
+      if (!row.is_default || row.wall_s.empty()) continue;
+      // Where the default is the closed form, it is one and the same run: one place.
+      const PrecisionRow* closed = result_.find({BareMethod::kClosedForm, 0, 0});
+      const PrecisionRow& at = closed && closed->position_error == row.position_error ? *closed : row;
+      if (!at.wall_s.empty()) plot_.mark(at.wall_median(), std::max((at.*pick_).max, least()), "default of this scene");
     }
     const bool position = pick_ == &PrecisionRow::position;
     const PrecisionError& floor = position ? result_.floor_position : result_.floor_force;
@@ -113,7 +115,13 @@ class Picture {
   }
 
  private:
-  double least() const { return 1e-18; }
+  // What is smaller, or 0, is drawn there: a hundredth of what rounding or the reference leaves.
+  double least() const {
+    double out = (pick_ == &PrecisionRow::position ? result_.floor_position : result_.floor_force).max;
+    for (const PrecisionRow& row : result_.rows)
+      if (row.ok() && (row.*pick_).max > 0) out = std::min(out, (row.*pick_).max);
+    return std::max(out / 100, 1e-20);
+  }
   double greatest() const {
     double out = 1e-9;
     for (const PrecisionRow& row : result_.rows)
@@ -157,7 +165,7 @@ std::string work_precision(const PrecisionResult& result, Pick pick, const std::
 std::string error_over_time(const PrecisionResult& result, bool force) {
   Plot plot(force ? "Error of force over simulated time" : "Error of position over simulated time",
             {"simulated time (s)", 0, result.duration_s, false},
-            {force ? "error (N m)" : "error (rad)", 1e-18, force ? 10.0 : 1.0, true}, 960, 420);
+            {force ? "error (N m)" : "error (rad)", 1e-18, NAN, true}, 960, 420);
   const auto draw = [&](const PrecisionRow* row, Ink ink) {
     if (!row || !row->ok()) return;
     const std::vector<double>& error = force ? row->force_error : row->position_error;
@@ -185,16 +193,15 @@ std::string cell(const std::string& words, bool numeric = true) {
 
 std::string table(const PrecisionResult& result) {
   std::string out =
-      "<table class=\"long\" style=\"font-size:11px\"><tr><th>integrator</th><th class=\"n\">step or tolerance</th><th "
-      "class=\"n\">wall time "
-      "per "
-      "second</th><th class=\"n\">spread</th><th class=\"n\">position: end</th><th class=\"n\">RMS</th><th "
-      "class=\"n\">largest (rad)</th><th class=\"n\">force: end</th><th class=\"n\">RMS</th><th class=\"n\">largest (N "
-      "m)</th><th class=\"n\">growth</th><th>ended</th></tr>\n";
+      "<table class=\"long\" style=\"font-size:11px;white-space:nowrap\"><tr><th>integrator</th><th "
+      "class=\"n\">step, rtol</th><th class=\"n\">wall us per s</th><th class=\"n\">least to most</th><th "
+      "class=\"n\">position: end</th><th class=\"n\">RMS</th><th class=\"n\">largest (rad)</th><th class=\"n\">force: "
+      "end</th><th class=\"n\">RMS</th><th class=\"n\">largest (N m)</th><th "
+      "class=\"n\">growth</th><th>ended</th></tr>\n";
   for (const PrecisionRow& row : result.rows) {
     out += "<tr>" + cell(name(row), false) + cell(setting(row));
     out += cell(row.wall_s.empty() ? "-" : three_digits(1e6 * row.wall_median()));
-    out += cell(row.wall_s.empty()
+    out += cell(row.wall_s.size() < 2
                     ? "-"
                     : three_digits(1e6 * row.wall_s.front()) + " to " + three_digits(1e6 * row.wall_s.back()));
     for (const PrecisionError* e : {&row.position, &row.force})
@@ -306,10 +313,10 @@ std::string precision_html(const PrecisionResult& result) {
   const auto p = [](const std::string& words) { return "<p>" + escaped(words) + "</p>\n"; };
   const auto note = [](const std::string& words) { return "<p class=\"note\">" + escaped(words) + "</p>\n"; };
   std::string out = "<h1>Precision of scene " + escaped(result.scene) + "</h1>\n<p class=\"under\">" +
-                    three_digits(result.duration_s) +
-                    " s, both sides in the bare loop, ideal encoders; each time is the "
-                    "median of " +
-                    std::to_string(result.runs) + " runs</p>\n";
+                    three_digits(result.duration_s) + " s, both sides in the bare loop, ideal encoders; " +
+                    (result.runs == 1 ? "each is timed once"
+                                      : "each time is the median of " + std::to_string(result.runs) + " runs") +
+                    "</p>\n";
   const auto chosen =
       std::find_if(result.rows.begin(), result.rows.end(), [](const PrecisionRow& row) { return row.is_default; });
   if (chosen != result.rows.end()) {
