@@ -353,6 +353,13 @@ TEST(Format, GivesThreeSignificantDigits) {
   EXPECT_EQ(tick_label(0.30000000000000004, 0.1), "0.3");
   EXPECT_EQ(tick_label(-1e-18, 0.1), "0.0");
   EXPECT_EQ(tick_label(150, 50), "150");
+  EXPECT_EQ(tick_label(2.5e-7, 5e-8), "2.5e-7");
+  EXPECT_EQ(decade_label(1e-8), "1e-8");
+  EXPECT_EQ(decade_label(1e-12), "1e-12");
+  EXPECT_EQ(decade_label(5e-4), "5e-4");
+  EXPECT_EQ(decade_label(0.02), "0.02");
+  EXPECT_EQ(decade_label(10), "10");
+  EXPECT_EQ(decade_label(1e6), "1e6");
   EXPECT_EQ(quantity(0.0023, "rad"), "2.30 mrad (0.132\u00b0)");
   EXPECT_EQ(quantity(0.05, "N m"), "50.0 mN m");
   EXPECT_EQ(quantity(1.5, "N m"), "1.50 N m");

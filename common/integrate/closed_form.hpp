@@ -148,7 +148,8 @@ class ClosedForm {
     const auto pushed = push(block.response, forcing);
     if (!block.clear_at_once(x_, z, pushed.swing) && !block.template clear<kLenient>(guards, x_, z, r, pushed.swing))
       return false;
-    return move(sum(x_, sum(change(block.response, z, late), pushed.state)));
+    const State driven = late == 0 ? pushed.state : sum(pushed.state, late_push(block.A, block.e, pushed, late));
+    return move(sum(x_, sum(change(block.response, z, late), driven)));
   }
   bool move(const State& y) noexcept {
     if (!good(y)) return false;

@@ -144,6 +144,7 @@ struct AffineResponse {
   SquareMatrix<T, S> Psi{};
   std::array<std::array<T, S>, 5> power{};  // to s, s^2 ... s^5
   std::array<T, S> sine{}, cosine{};        // to sin(omega s) and cos(omega s) - 1
+  T sine_end = 0, cosine_end = 0;           // what these two are at the end
 
   // For rows c that look at the state: bounds of |c Psi(s)|, entry by entry, for all s from 0 to length.
   std::array<std::array<T, S>, R> reach{};
@@ -213,6 +214,8 @@ AffineResponse<T, S, R> respond(const SquareMatrix<T, S>& A, const std::array<T,
       for (std::size_t i = 0; i < S; ++i) out.power[j - 1][i] = sum[i] * scale / static_cast<T>(j + 1);
     }
     if (omega != 0) {
+      const T half = std::sin(omega * length / 2);
+      out.sine_end = std::sin(omega * length), out.cosine_end = -2 * half * half;
       // x_(n+1) = (B x_n + h e r_n)/(n+1), with r_n of sin and of cos - 1 in units of h
       Vector s{}, c{};
       T sin_n = 0, cos_n = 1;  // Taylor coefficients of sin and cos

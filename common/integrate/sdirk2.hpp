@@ -69,7 +69,9 @@ struct Sdirk2 {
         if (!std::isfinite(residual[i])) return false;
         if (residual[i] != 0) size = std::fmax(size, std::fabs(residual[i]) / terms);
       }
-      if (size <= kEnough || (size <= kEnoughIfItFallsNoMore && size > 0.5 * last)) {
+      // Not before a first iteration: what creeps moves by less than that in a step, and would stand still.
+      const bool enough = size == 0 || (size <= kEnough && iteration > 0);
+      if (enough || (size <= kEnoughIfItFallsNoMore && size > 0.5 * last)) {
         // Not f: where the plant is stiff, f magnifies what is left of the residual.
         for (std::size_t i = 0; i < P::kStates; ++i) k[i] = (Y[i] - base[i]) / a;
         return true;

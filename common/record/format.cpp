@@ -25,6 +25,15 @@ std::string scientific(double y) {
   return {buffer, end.ptr};
 }
 
+// 1.00e-08 as 1e-8: what is written beside an axis need not show how exact it is.
+std::string bare(const std::string& scientific) {
+  const std::size_t e = scientific.find('e'), digit = scientific.find_first_of("123456789", e);
+  std::string mantissa = scientific.substr(0, e);
+  mantissa.erase(mantissa.find_last_not_of("0.") + 1);
+  return mantissa + (scientific[e + 1] == '-' ? "e-" : "e") +
+         (digit == std::string::npos ? "0" : scientific.substr(digit));
+}
+
 }  // namespace
 
 std::string three_digits(double y) {
@@ -64,9 +73,11 @@ std::vector<double> ticks(double from, double until, int wanted, bool log) {
 
 std::string tick_label(double y, double step) {
   if (!std::isfinite(y) || !(step > 0)) return "-";
-  if (std::max(std::abs(y), step) >= kLargest || step < 1e-6) return y == 0 ? "0" : scientific(y);
+  if (std::max(std::abs(y), step) >= kLargest || step < 1e-6) return y == 0 ? "0" : bare(scientific(y));
   return fixed(y, std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9))));
 }
+
+std::string decade_label(double y) { return y > 0 && y < kSmallest ? bare(scientific(y)) : tick_label(y, y); }
 
 std::string quantity(double y, std::string_view unit) {
   if (!std::isfinite(y)) return "-";

@@ -16,6 +16,8 @@ std::vector<double> ticks(double from, double until, int wanted, bool log);
 
 // As few digits as tell the number apart from its neighbours on a scale with this step.
 std::string tick_label(double y, double step);
+// On a log axis: 1, 0.01, 1e-8.
+std::string decade_label(double y);
 
 // The value in the unit that reads best: rad becomes mrad and degrees, small N m become mN m, shares become percent.
 std::string quantity(double y, std::string_view unit);

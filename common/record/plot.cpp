@@ -123,7 +123,7 @@ std::string x_axis(const Scale& x, const PlotAxis& axis, double top, double bott
   for (std::size_t k = 0; k < at.size(); ++k) {
     const double p = x.at(at[k]), step = at.size() > 1 ? at[1] - at[0] : 1;
     out += line_element(p, top, p, bottom, "class=\"grid\"");
-    out += text(p, bottom + 14, "middle", axis.log ? tick_label(at[k], at[k]) : tick_label(at[k], step));
+    out += text(p, bottom + 14, "middle", axis.log ? decade_label(at[k]) : tick_label(at[k], step));
   }
   return out + text((x.pixel_from + x.pixel_until) / 2, bottom + 31, "middle", axis.label, " class=\"label\"");
 }
@@ -313,9 +313,7 @@ std::string Plot::svg() const {
   for (const double tick : left) {
     out += line_element(kLeft, y.at(tick), width_ - kRight, y.at(tick), "class=\"grid\"");
     out += text(kLeft - 6, y.at(tick) + 4, "end",
-                tick_label(tick, y_.log            ? tick
-                                 : left.size() > 1 ? left[1] - left[0]
-                                                   : 1));
+                y_.log ? decade_label(tick) : tick_label(tick, left.size() > 1 ? left[1] - left[0] : 1));
   }
   const double middle = (kTop + height_ - kBottom) / 2;
   out += text(0, 0, "middle", y_.label, " class=\"label\" transform=\"translate(14 " + px(middle) + ") rotate(-90)\"");
@@ -346,7 +344,9 @@ std::string Plot::svg() const {
     const double p = x.at(m.x), q = y.at(m.y);
     const bool left_half = p < (kLeft + width_ - kRight) / 2;
     out += "<circle cx=\"" + px(p) + "\" cy=\"" + px(q) + "\" r=\"8\" class=\"mark\"/>\n";
-    out += text(p + (left_half ? 12 : -12), q + 4, left_half ? "start" : "end", m.label, " class=\"rulename\"");
+    // Beside the ring and above it, so that a bar through its middle does not strike the name out.
+    out += text(p + (left_half ? 9 : -9), q + (q < kTop + 20 ? 18 : -8), left_half ? "start" : "end", m.label,
+                " class=\"rulename\"");
   }
   out += "</svg>\n" + events_above(landmarks_, x, kTop, height_ - kBottom);
   out += rectangle(kLeft, kTop, width_ - kLeft - kRight, height_ - kTop - kBottom, "class=\"frame\"");

@@ -62,6 +62,8 @@ class Hours final : public Witness {
     stretch.force_error_peak_nm = force_.peak;
     stretch.energy_residual_master_j = now.master.residual_j - before_.master.residual_j;
     stretch.energy_residual_slave_j = now.slave.residual_j - before_.slave.residual_j;
+    stretch.energy_rounding_master_j = now.master.rounding_j - before_.master.rounding_j;
+    stretch.energy_rounding_slave_j = now.slave.rounding_j - before_.slave.rounding_j;
     stretch.energy_exchanged_j =
         now.master.exchanged_j - before_.master.exchanged_j + now.slave.exchanged_j - before_.slave.exchanged_j;
     stretch.playout_mean_s = depth_ / static_cast<double>(ticks_);

@@ -17,6 +17,7 @@ struct Stretch {
   double tracking_rms_rad = 0, tracking_peak_rad = 0;      // slave against master as played out, while engaged
   double force_error_rms_nm = 0, force_error_peak_nm = 0;  // true torques at the same instant, while engaged
   double energy_residual_master_j = 0, energy_residual_slave_j = 0;  // of this stretch: made of nothing by the world
+  double energy_rounding_master_j = 0, energy_rounding_slave_j = 0;  // what rounding alone may make (energy_audit.hpp)
   double energy_exchanged_j = 0;                     // supplied and dissipated in this stretch, both worlds
   double playout_mean_s = 0;                         // depth of the slave's play-out
   std::uint64_t lost = 0, late = 0, not_finite = 0;  // packets, both directions

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 namespace farhand {
@@ -80,13 +81,24 @@ double largest(const std::vector<double>& m, const std::vector<double>& s) {
   return most;
 }
 
-// Where a wall is so stiff that a hundredth of the hold does not resolve its oscillation well, finer ones belong to it.
-std::vector<int> steps_of(const PrecisionSettings& settings, const scene::Scene& scene, double hold_s) {
-  std::vector<int> steps = settings.steps_per_hold;
+struct Contact {
+  double rate = 0, damping_ratio = 0;  // rad/s
+};
+std::optional<Contact> wall_contact(const scene::Scene& scene) {
+  if (!scene.slave().has_wall()) return {};
   const bool elastic = scene.slave().device() == scene::SERIES_ELASTIC;
   const double J = elastic ? scene.slave().series_elastic().j_joint_kgm2() : scene.slave().motor().j_kgm2();
-  const double stiffness = scene.slave().has_wall() ? scene.slave().wall().stiffness_nm_per_rad() : 0.0;
-  if (std::sqrt(stiffness / J) * hold_s / 100 > 0.05) steps.insert(steps.end(), {200, 500});
+  const scene::Wall& wall = scene.slave().wall();
+  const double rate = std::sqrt(wall.stiffness_nm_per_rad() / J);
+  return Contact{rate, wall.damping_nms_per_rad() / (2 * J * rate)};
+}
+
+// Where a wall is so stiff that a hundredth of the hold does not resolve its oscillation well, finer ones belong to it,
+// so that the four which an order is fitted over do.
+std::vector<int> steps_of(const PrecisionSettings& settings, const scene::Scene& scene, double hold_s) {
+  std::vector<int> steps = settings.steps_per_hold;
+  const std::optional<Contact> contact = wall_contact(scene);
+  if (contact && contact->rate * hold_s / 100 > 0.05) steps.insert(steps.end(), {150, 200, 300, 500});
   return steps;
 }
 
@@ -144,48 +156,106 @@ PrecisionRow measured(const scene::Scene& scene, const BareChoice& choice, bool 
   return row;
 }
 
-// Every step rounds the state once, and roundings add up as a random walk does.
-double walked(double floor, double range, const PrecisionRow& row) {
-  return floor + 0.5 * std::numeric_limits<double>::epsilon() * range * std::sqrt(static_cast<double>(row.steps) / 2);
+// What rounding leaves of runs of a step. Where RK4 gets no better with shorter steps, its truncation is gone and what
+// it is left with is rounding, which all methods of that many steps share: it rounds the state once per step, and what
+// creeps is rounded away in the same direction each time. Where RK4 still gets better, rounding is taken to add up as a
+// random walk does.
+class Floor {
+ public:
+  Floor(const PrecisionResult& result, PrecisionError PrecisionRow::*pick, double reference, double range)
+      : reference_(reference), range_(range) {
+    for (const PrecisionRow& row : result.rows)
+      if (row.choice.method == BareMethod::kRk4 && !row.quantised && row.ok())
+        rk4_.emplace_back(row.choice.step_s, (row.*pick).rms);
+    std::sort(rk4_.begin(), rk4_.end());
+    const auto by_error = [](const auto& a, const auto& b) { return a.second < b.second; };
+    best_ = static_cast<std::size_t>(std::min_element(rk4_.begin(), rk4_.end(), by_error) - rk4_.begin());
+  }
+
+  double operator()(const PrecisionRow& row) const {
+    if (best_ == 0 || rk4_.empty()) {
+      const double ulp = std::numeric_limits<double>::epsilon() * range_;
+      return std::hypot(reference_, 0.5 * ulp * std::sqrt(static_cast<double>(row.steps) / 2));
+    }
+    double least = rk4_[best_].second;
+    for (std::size_t i = 0; i < best_; ++i)
+      if (rk4_[i].first >= row.choice.step_s * (1 - 1e-9)) least = std::max(least, rk4_[i].second);
+    return least;
+  }
+
+ private:
+  double reference_, range_;
+  std::vector<std::pair<double, double>> rk4_;  // step and error, finest first
+  std::size_t best_ = 0;
+};
+
+struct Fit {
+  double order = kNan;
+  std::vector<double> used;
+};
+Fit fit_order(const PrecisionResult& result, BareMethod method, PrecisionError PrecisionRow::*pick, const Floor& floor,
+              double range) {
+  std::vector<OrderPoint> runs;
+  for (const PrecisionRow& row : result.rows)
+    if (row.choice.method == method && !row.quantised && row.ok())
+      runs.push_back({row.choice.step_s, (row.*pick).rms, floor(row)});
+  Fit fit;
+  fit.order = fitted_order(runs, 1e-3 * range, fit.used);
+  return fit;
 }
 
-void fit_orders(PrecisionResult& result, double position_range, double force_range) {
+void fit_orders(PrecisionResult& result, const std::optional<Contact>& contact, double position_range,
+                double force_range) {
   const auto least = [](const PrecisionError& rounding, const PrecisionError& floor) {
     return std::isnan(rounding.rms) ? floor.rms : rounding.rms;
   };
-  const double position_floor = least(result.rounding_position, result.floor_position);
-  const double force_floor = least(result.rounding_force, result.floor_force);
+  const Floor position_floor(result, &PrecisionRow::position, least(result.rounding_position, result.floor_position),
+                             position_range);
+  const Floor force_floor(result, &PrecisionRow::force, least(result.rounding_force, result.floor_force), force_range);
   for (const BareMethod method :
        {BareMethod::kSemiImplicitEuler, BareMethod::kRk4, BareMethod::kSdirk2, BareMethod::kRosenbrock}) {
-    std::vector<OrderPoint> position, force;
-    for (const PrecisionRow& row : result.rows) {
-      if (row.choice.method != method || row.quantised || !row.ok()) continue;
-      position.push_back({row.choice.step_s, row.position.rms, walked(position_floor, position_range, row)});
-      force.push_back({row.choice.step_s, row.force.rms, walked(force_floor, force_range, row)});
-    }
-    FittedOrder fit{method, order_of(method), 0, kNan, kNan};
-    int force_points = 0;
-    fit.force = fitted_order(force, 1e-3 * force_range, force_points);
-    fit.position = fitted_order(position, 1e-3 * position_range, fit.points);
+    const Fit position = fit_order(result, method, &PrecisionRow::position, position_floor, position_range);
+    FittedOrder fit{method, order_of(method), static_cast<int>(position.used.size()), position.order};
+    fit.force = fit_order(result, method, &PrecisionRow::force, force_floor, force_range).order;
+    if (!position.used.empty()) fit.finest_s = position.used.front(), fit.coarsest_s = position.used.back();
+    fit.shifts_only = contact && shifts_contacts_only(fit.theory, contact->damping_ratio);
     result.orders.push_back(fit);
+  }
+}
+
+// No step is longer than an input is held. So all tolerances that such a step satisfies do the very same work, and only
+// the tightest of them is kept.
+void keep_distinct(std::vector<PrecisionRow>& rows) {
+  for (std::size_t k = rows.size(); k-- > 1;) {
+    PrecisionRow &looser = rows[k - 1], &tighter = rows[k];
+    if (looser.choice.method != tighter.choice.method || !takes_a_tolerance(tighter.choice.method)) continue;
+    if (looser.position_error != tighter.position_error || looser.steps != tighter.steps) continue;
+    tighter.looser_too = true;
+    rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(k) - 1);
   }
 }
 
 }  // namespace
 
-double fitted_order(const std::vector<OrderPoint>& runs, double saturation, int& points) {
-  constexpr std::size_t kFinest = 3;
-  std::vector<std::pair<double, double>> used;  // logarithms of step and error
-  for (const OrderPoint& run : runs) {
-    if (run.error > 10 * run.floor && run.error < saturation)
-      used.emplace_back(std::log(run.step), std::log(run.error));
-  }
-  std::sort(used.begin(), used.end());
-  if (used.size() > kFinest) used.resize(kFinest);
-  points = static_cast<int>(used.size());
+bool shifts_contacts_only(int order, double damping_ratio) {
+  return damping_ratio < 1 && std::abs(std::sin(order * std::acos(-damping_ratio))) < 0.1;
+}
+
+double fitted_order(const std::vector<OrderPoint>& runs, double saturation, std::vector<double>& used) {
+  constexpr std::size_t kFinest = 4;
+  std::vector<std::pair<double, double>> points;  // step and error
+  for (const OrderPoint& run : runs)
+    if (run.error > 10 * run.floor && run.error < saturation) points.emplace_back(run.step, run.error);
+  std::sort(points.begin(), points.end());
+  if (points.size() > kFinest) points.resize(kFinest);
+  used.clear();
   double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-  for (const auto& [a, b] : used) n += 1, x += a, y += b, xx += a * a, xy += a * b;
-  return points >= 2 ? (n * xy - x * y) / (n * xx - x * x) : kNan;
+  for (const auto& [step, error] : points) {
+    const double a = std::log(step), b = std::log(error);
+    n += 1, x += a, y += b, xx += a * a, xy += a * b;
+    used.push_back(step);
+  }
+  return used.size() >= 2 ? (n * xy - x * y) / (n * xx - x * x) : kNan;
 }
 
 const PrecisionRow* PrecisionResult::find(const BareChoice& choice, bool quantised) const {
@@ -231,20 +301,26 @@ PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSett
         "times 2^-11";
     result.second = "adaptive pair at a relative tolerance of 1e-13";
   } else {
-    // Two methods that agree this well are unlikely to be wrong together: whichever lies nearer.
-    const Errors finest(make_bare_run(scene, {BareMethod::kRk4, result.hold_s / 100, 0})->record(ticks), reference);
-    const auto nearer = [](const PrecisionError& a, const PrecisionError& b) { return b.max < a.max ? b : a; };
-    result.floor_position = nearer(result.second_position, summary(finest.position));
-    result.floor_force = nearer(result.second_force, summary(finest.force));
+    result.floor_position = result.second_position;
+    result.floor_force = result.second_force;
     result.reference = "adaptive pair at a relative tolerance of 1e-13 (" + reason +
-                       "); its error is estimated as its distance from the second reference or from RK4 at a hundredth "
-                       "of the hold, whichever lies nearer";
+                       "); its error is estimated as its distance from whichever other method lies nearest";
     result.second = "CVODE Adams at a relative tolerance of 1e-12";
   }
 
   for (const BareChoice& choice : choices(settings, steps_of(settings, scene, result.hold_s), result.hold_s, affine))
     result.rows.push_back(measured(scene, choice, false, reference));
-  fit_orders(result, amplitude(reference), largest(reference.f_m, reference.f_s));
+  keep_distinct(result.rows);
+  if (!affine) {
+    // Two methods that agree this well over a whole run are unlikely to be wrong together.
+    const auto nearer = [](const PrecisionError& a, const PrecisionError& b) { return b.max < a.max ? b : a; };
+    for (const PrecisionRow& row : result.rows) {
+      if (!takes_a_step(row.choice.method) || !row.ok()) continue;
+      result.floor_position = nearer(result.floor_position, row.position);
+      result.floor_force = nearer(result.floor_force, row.force);
+    }
+  }
+  fit_orders(result, wall_contact(scene), amplitude(reference), largest(reference.f_m, reference.f_s));
   if (settings.quantised) {
     // Against the same encoders without any step error.
     const Trajectory quantised = make_bare_run(scene, first, false)->record(ticks);

@@ -12,11 +12,11 @@
 namespace farhand {
 
 struct PrecisionSettings {
-  int runs = 5;            // each is timed so often
+  int runs = 5;            // each is timed so often; 0: not at all
   bool competitor = true;  // CVODE too
   bool quantised = true;   // and what encoders with counts leave of it
   std::vector<int> steps_per_hold = {
-      1, 2, 5, 10, 20, 50, 100};  // of the fixed step methods, between two inputs; a stiff wall adds 200 and 500
+      1, 2, 3, 4, 6, 10, 20, 50, 100};  // of the fixed step methods, between two inputs; a stiff wall adds finer ones
 };
 
 // Of both sides, whichever is worse at the time.
@@ -29,6 +29,7 @@ struct PrecisionRow {
   BareChoice choice;
   bool quantised = false;
   bool is_default = false;
+  bool looser_too = false;         // looser tolerances did the very same work
   std::string failure;             // empty: ran to its end
   PrecisionError position, force;  // rad, N m
   std::uint64_t steps = 0, events = 0;
@@ -44,6 +45,8 @@ struct FittedOrder {
   int theory = 0;
   int points = 0;  // fewer than 2: no fit
   double position = 0, force = 0;
+  double finest_s = 0, coarsest_s = 0;  // steps that the order of position is fitted over
+  bool shifts_only = false;             // the leading term of the error shifts contacts in time and does no more
 };
 
 struct PrecisionResult {
@@ -63,11 +66,19 @@ struct PrecisionResult {
 
 PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings);
 
-// Least squares of log(error) over log(step), over the finest three points that lie above their floor (10 times) and
-// below saturation; their count goes to `points`.
+// Least squares of log(error) over log(step), over the finest four points that lie above their floor (10 times) and
+// below saturation: the finest, because an order is what holds in the limit. `used` are their steps, finest first.
 struct OrderPoint {
   double step, error, floor;
 };
-double fitted_order(const std::vector<OrderPoint>& runs, double saturation, int& points);
+double fitted_order(const std::vector<OrderPoint>& runs, double saturation, std::vector<double>& used);
+
+// Does the leading error of a method of order p leave a contact's path as it is? A step of it is that of exp(z) with
+// z = lambda h changed by C z^(p+1), so the contact moves by lambda (1 + C (lambda h)^p). Where lambda^p is real, this
+// is the same path at another speed: the axis leaves the wall as fast as it should and only at another instant. What
+// is left is late by a part of the contact, and of the next order in everything else; and as the contact is short
+// against what follows, it is the next order that shows. lambda = omega (-zeta + i sqrt(1 - zeta^2)) has the angle
+// acos(-zeta): order 3 at zeta 0.5, order 4 at 0 and 0.707, order 2 at 0.
+bool shifts_contacts_only(int order, double damping_ratio);
 
 }  // namespace farhand

@@ -17,9 +17,24 @@ namespace {
 
 using Pick = PrecisionError PrecisionRow::*;
 
-std::string setting(const BareChoice& choice) {
+const char* const kShiftsOnly =
+    "At this damping the leading error of a step only shifts contacts in time, so the next order shows.";
+const char* const kDistinct =
+    "No step is longer than an input is held: where several tolerances lead to the very same steps, they are shown "
+    "once.";
+
+// Shortest form: 1e-9.
+std::string tolerance(double rtol) {
+  std::array<char, 64> buffer;
+  std::string out(buffer.data(),
+                  std::to_chars(buffer.data(), buffer.data() + buffer.size(), rtol, std::chars_format::scientific).ptr);
+  const std::size_t zero = out.find("e-0");
+  return zero == std::string::npos ? out : out.erase(zero + 2, 1);
+}
+std::string setting(const PrecisionRow& row) {
+  const BareChoice& choice = row.choice;
   if (takes_a_step(choice.method)) return three_digits(1e6 * choice.step_s) + " us";
-  if (takes_a_tolerance(choice.method)) return "rtol " + three_digits(choice.rtol);
+  if (takes_a_tolerance(choice.method)) return (row.looser_too ? "rtol >= " : "rtol ") + tolerance(choice.rtol);
   return "-";
 }
 std::string name(const PrecisionRow& row) {
@@ -30,6 +45,11 @@ const FittedOrder* fit_of(const PrecisionResult& result, BareMethod method) {
   const auto found = std::find_if(result.orders.begin(), result.orders.end(),
                                   [&](const FittedOrder& o) { return o.method == method; });
   return found == result.orders.end() ? nullptr : &*found;
+}
+std::string range_of(const FittedOrder& fit) {
+  const std::string points = std::to_string(fit.points) + (fit.points == 1 ? " point" : " points");
+  if (fit.points < 2) return points;
+  return points + ", " + three_digits(1e6 * fit.finest_s) + " to " + three_digits(1e6 * fit.coarsest_s) + " us";
 }
 std::string fixed(double y, int digits) {
   std::array<char, 64> buffer;
@@ -67,14 +87,13 @@ class Picture {
       if (row.choice.method != method || row.quantised != quantised || !row.ok() || row.wall_s.empty()) continue;
       wall.push_back(row.wall_median());
       error.push_back(std::max((row.*pick_).max, least()));
-      plot_.loop("", {row.wall_s.front(), row.wall_s.back()}, {error.back(), error.back()}, ink);
+      plot_.loop("", {row.wall_s.front(), row.wall_s.back()}, {error.back(), error.back()}, Ink::kGrey);
     }
     if (wall.empty()) return;
     std::string label(name_of(method));
     const FittedOrder* fit = quantised ? nullptr : fit_of(result_, method);
-    if (fit && fit->points >= 2) {
-      label += ", order " + fixed(pick_ == &PrecisionRow::position ? fit->position : fit->force, 2);
-    }
+    const double order = fit == nullptr ? NAN : pick_ == &PrecisionRow::position ? fit->position : fit->force;
+    if (std::isfinite(order)) label += ", order " + fixed(order, 2);
     if (quantised) label += ", encoder counts";
     const bool joined = wall.size() > 1 && !quantised;
     if (joined) plot_.loop(label, wall, error, ink);
@@ -83,8 +102,11 @@ class Picture {
 
   std::string svg() {
     for (const PrecisionRow& row : result_.rows) {
-      if (row.is_default && !row.wall_s.empty())
-        plot_.mark(row.wall_median(), std::max((row.*pick_).max, least()), "default of this scene");
+      if (!row.is_default || row.wall_s.empty()) continue;
+      // Where the default is the closed form, it is one and the same run: one place.
+      const PrecisionRow* closed = result_.find({BareMethod::kClosedForm, 0, 0});
+      const PrecisionRow& at = closed && closed->position_error == row.position_error ? *closed : row;
+      if (!at.wall_s.empty()) plot_.mark(at.wall_median(), std::max((at.*pick_).max, least()), "default of this scene");
     }
     const bool position = pick_ == &PrecisionRow::position;
     const PrecisionError& floor = position ? result_.floor_position : result_.floor_force;
@@ -93,7 +115,13 @@ class Picture {
   }
 
  private:
-  double least() const { return 1e-18; }
+  // What is smaller, or 0, is drawn there: a hundredth of what rounding or the reference leaves.
+  double least() const {
+    double out = (pick_ == &PrecisionRow::position ? result_.floor_position : result_.floor_force).max;
+    for (const PrecisionRow& row : result_.rows)
+      if (row.ok() && (row.*pick_).max > 0) out = std::min(out, (row.*pick_).max);
+    return std::max(out / 100, 1e-20);
+  }
   double greatest() const {
     double out = 1e-9;
     for (const PrecisionRow& row : result_.rows)
@@ -137,20 +165,24 @@ std::string work_precision(const PrecisionResult& result, Pick pick, const std::
 std::string error_over_time(const PrecisionResult& result, bool force) {
   Plot plot(force ? "Error of force over simulated time" : "Error of position over simulated time",
             {"simulated time (s)", 0, result.duration_s, false},
-            {force ? "error (N m)" : "error (rad)", 1e-18, force ? 10.0 : 1.0, true}, 960, 420);
+            {force ? "error (N m)" : "error (rad)", 1e-18, NAN, true}, 960, 420);
   const auto draw = [&](const PrecisionRow* row, Ink ink) {
     if (!row || !row->ok()) return;
     const std::vector<double>& error = force ? row->force_error : row->position_error;
     std::vector<double> t(error.size());
     for (std::size_t k = 0; k < t.size(); ++k) t[k] = static_cast<double>(k + 1) * result.tick_s;
-    plot.line(name(*row) + (setting(row->choice) == "-" ? "" : ", " + setting(row->choice)), std::move(t), error, ink);
+    plot.line(name(*row) + (setting(*row) == "-" ? "" : ", " + setting(*row)), std::move(t), error, ink);
   };
   const double step = result.hold_s / 20;
   draw(result.find({BareMethod::kSemiImplicitEuler, step, 0}), Ink::kGrey);
   draw(result.find({BareMethod::kSdirk2, step, 0}), Ink::kSlave);
   draw(result.find({BareMethod::kRosenbrock, step, 0}), Ink::kMasterPale);
   draw(result.find({BareMethod::kRk4, step, 0}), Ink::kMaster);
-  draw(result.find({BareMethod::kAdaptive, 0, 1e-9}), Ink::kSlavePale);
+  const PrecisionRow* adaptive = result.find({BareMethod::kAdaptive, 0, 1e-9});
+  for (const PrecisionRow& row : result.rows) {  // or the loosest that is left
+    if (adaptive == nullptr && row.choice.method == BareMethod::kAdaptive) adaptive = &row;
+  }
+  draw(adaptive, Ink::kSlavePale);
   draw(result.find({BareMethod::kClosedForm, 0, 0}), Ink::kBlack);
   return plot.svg();
 }
@@ -161,16 +193,15 @@ std::string cell(const std::string& words, bool numeric = true) {
 
 std::string table(const PrecisionResult& result) {
   std::string out =
-      "<table class=\"long\" style=\"font-size:11px\"><tr><th>integrator</th><th class=\"n\">step or tolerance</th><th "
-      "class=\"n\">wall time "
-      "per "
-      "second</th><th class=\"n\">spread</th><th class=\"n\">position: end</th><th class=\"n\">RMS</th><th "
-      "class=\"n\">largest (rad)</th><th class=\"n\">force: end</th><th class=\"n\">RMS</th><th class=\"n\">largest (N "
-      "m)</th><th class=\"n\">growth</th><th>ended</th></tr>\n";
+      "<table class=\"long\" style=\"font-size:11px;white-space:nowrap\"><tr><th>integrator</th><th "
+      "class=\"n\">step, rtol</th><th class=\"n\">wall us per s</th><th class=\"n\">least to most</th><th "
+      "class=\"n\">position: end</th><th class=\"n\">RMS</th><th class=\"n\">largest (rad)</th><th class=\"n\">force: "
+      "end</th><th class=\"n\">RMS</th><th class=\"n\">largest (N m)</th><th "
+      "class=\"n\">growth</th><th>ended</th></tr>\n";
   for (const PrecisionRow& row : result.rows) {
-    out += "<tr>" + cell(name(row), false) + cell(setting(row.choice));
+    out += "<tr>" + cell(name(row), false) + cell(setting(row));
     out += cell(row.wall_s.empty() ? "-" : three_digits(1e6 * row.wall_median()));
-    out += cell(row.wall_s.empty()
+    out += cell(row.wall_s.size() < 2
                     ? "-"
                     : three_digits(1e6 * row.wall_s.front()) + " to " + three_digits(1e6 * row.wall_s.back()));
     for (const PrecisionError* e : {&row.position, &row.force})
@@ -204,17 +235,18 @@ void print_precision(const PrecisionResult& result, std::ostream& out) {
     for (const PrecisionError* e : {&row.position, &row.force})
       for (const double y : {e->end, e->rms, e->max}) errors[k++] = three_digits(y);
     const bool timed = !row.wall_s.empty();
-    row_of(name(row), setting(row.choice), timed ? three_digits(1e6 * row.wall_median()) : "-",
+    row_of(name(row), setting(row), timed ? three_digits(1e6 * row.wall_median()) : "-",
            timed ? three_digits(1e6 * row.wall_s.front()) + ".." + three_digits(1e6 * row.wall_s.back()) : "-", errors,
            three_digits(row.position.growth), row.failure);
   }
   out << "\n* default of this scene: " << result.methods
-      << ". growth: RMS error of the last quarter over that of the worst quarter.\n\n"
+      << ". growth: RMS error of the last quarter over that of the worst quarter. " << kDistinct << "\n\n"
       << "orders of convergence, fitted to the RMS error above the floor\n";
   for (const FittedOrder& fit : result.orders) {
     out << "  " << std::left << std::setw(22) << name_of(fit.method) << std::right << "theory " << fit.theory
-        << ", position " << fixed(fit.position, 2) << ", force " << fixed(fit.force, 2) << " (" << fit.points
-        << " points)\n";
+        << ", position " << fixed(fit.position, 2) << ", force " << fixed(fit.force, 2) << " (" << range_of(fit)
+        << ")\n";
+    if (fit.shifts_only) out << "    " << kShiftsOnly << '\n';
   }
 }
 
@@ -234,6 +266,9 @@ std::string precision_json(const PrecisionResult& result) {
                              {"theory", fit.theory},
                              {"position", number(fit.position)},
                              {"force", number(fit.force)},
+                             {"finest_s", fit.finest_s},
+                             {"coarsest_s", fit.coarsest_s},
+                             {"leading_error_shifts_contacts_only", fit.shifts_only},
                              {"points", fit.points}});
   }
   for (const PrecisionRow& row : result.rows) {
@@ -261,7 +296,7 @@ std::string precision_json(const PrecisionResult& result) {
 void write_precision_csv(const PrecisionResult& result, std::ostream& out) {
   out << "t_s";
   for (const PrecisionRow& row : result.rows) {
-    const std::string head = name(row) + " " + setting(row.choice);
+    const std::string head = name(row) + " " + setting(row);
     out << ",\"" << head << " position rad\",\"" << head << " force nm\"";
   }
   out << '\n';
@@ -278,10 +313,10 @@ std::string precision_html(const PrecisionResult& result) {
   const auto p = [](const std::string& words) { return "<p>" + escaped(words) + "</p>\n"; };
   const auto note = [](const std::string& words) { return "<p class=\"note\">" + escaped(words) + "</p>\n"; };
   std::string out = "<h1>Precision of scene " + escaped(result.scene) + "</h1>\n<p class=\"under\">" +
-                    three_digits(result.duration_s) +
-                    " s, both sides in the bare loop, ideal encoders; each time is the "
-                    "median of " +
-                    std::to_string(result.runs) + " runs</p>\n";
+                    three_digits(result.duration_s) + " s, both sides in the bare loop, ideal encoders; " +
+                    (result.runs == 1 ? "each is timed once"
+                                      : "each time is the median of " + std::to_string(result.runs) + " runs") +
+                    "</p>\n";
   const auto chosen =
       std::find_if(result.rows.begin(), result.rows.end(), [](const PrecisionRow& row) { return row.is_default; });
   if (chosen != result.rows.end()) {
@@ -301,7 +336,10 @@ std::string precision_html(const PrecisionResult& result) {
          work_precision(result, &PrecisionRow::force, "Force", "N m");
   out += note(
       "Bars: least and most of the timed runs. Orders are fitted to the RMS error over those points that lie above the "
-      "floor; runs with encoder counts are compared with the same encoders without step error, and are not fitted.");
+      "floor; runs with encoder counts are compared with the same encoders without step error, and are not fitted. " +
+      std::string(kDistinct));
+  for (const FittedOrder& fit : result.orders)
+    if (fit.shifts_only) out += note(std::string(name_of(fit.method)) + ": " + kShiftsOnly);
   out += "<h2>Does the error grow?</h2>\n" + error_over_time(result, false) + error_over_time(result, true);
   out += "<h2>All numbers</h2>\n" + table(result);
   out += note("* default of this scene: " + result.methods +
