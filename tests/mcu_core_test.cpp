@@ -52,6 +52,18 @@ struct Bench {
   std::uint8_t seq = 0;
 };
 
+TEST(McuCore, AProductWithAGainIsTheNearestUnitAndSaturates) {
+  std::mt19937 random(3);
+  for (int n = 0; n < 1'000'000; ++n) {
+    const auto value = static_cast<std::int32_t>(random()) >> (1 + random() % 30);
+    const Gain gain{static_cast<std::uint16_t>(0x8000 | (random() & 0x7FFF)), static_cast<std::uint8_t>(random() % 48)};
+    const std::int64_t exact = std::int64_t{value} * gain.mantissa;
+    const std::int64_t half = gain.right > 0 ? std::int64_t{1} << (gain.right - 1) : 0;
+    const auto nearest = std::clamp<std::int64_t>((exact + half) >> gain.right, -kLargest, kLargest);
+    ASSERT_EQ(times(value, gain), nearest) << value << " * " << gain.mantissa << " >> " << int{gain.right};
+  }
+}
+
 TEST(McuCore, EncoderCountsAreAnglesToTwoUnits) {
   for (const double per_rev : {20000.0, 80000.0, 4096.0, 0.0}) {
     McuSettings settings;
@@ -434,7 +446,8 @@ TEST(McuCore, TelemetrySaysWhatTheCoreKnowsAtHalfTheLoopRate) {
   EXPECT_EQ(slow.framing_errors(), 1);
   EXPECT_EQ(slow.crc_errors(), 0);
   EXPECT_EQ(slow.overruns(), 4);
-  EXPECT_EQ(slow.firmware(), 1);
+  EXPECT_EQ(slow.firmware(), 2);
+  EXPECT_EQ(slow.restart(), kPowerOn);
 }
 
 }  // namespace

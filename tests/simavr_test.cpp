@@ -1,0 +1,179 @@
+// The firmware as it is flashed, on a simulated ATmega1284P in virtual time, in the loop with the simulated orthosis:
+// what the core does on the PC and what it does on the chip are the same, bit by bit, and the chip has the time for it.
+#include <gtest/gtest.h>
+
+#include "common/device/mcu_si.hpp"
+#include "tests/support/simavr_board.hpp"
+
+namespace farhand {
+namespace {
+
+using mcu::Mode;
+using mcu::State;
+
+constexpr std::uint64_t kCyclesPerByte = 10 * mcu::kClockHz / mcu::kBaud;
+
+struct References {
+  Mode mode = Mode::kTrack;
+  double x = 0, v = 0, f = 0;
+};
+
+// A PC that sends a frame every millisecond, and the core of the PC, which is fed with what the firmware's core was fed
+// with and must answer with the same bits.
+class Bench {
+ public:
+  explicit Bench(const SeriesElasticWorld::Params& world = {})
+      : board(FARHAND_FIRMWARE, world), twin_(mcu::make_mcu_params(mcu::board_settings())) {
+    board.on_loop = [this](const SimavrBoard::Loop& loop) { compare(loop); };
+    board.on_byte = [this](std::uint8_t byte) { hear(byte); };
+    board.on_reset = [this] { restart(); };
+  }
+
+  template <class Reference, class Each>
+  void run(double until, const Reference& reference, const Each& each) {
+    for (; now_ms < std::lround(until * 1e3); ++now_ms) {
+      const double t = static_cast<double>(now_ms) * 1e-3;
+      board.run_until(t);
+      if (connected) {
+        const References r = reference(t);
+        std::uint8_t wire[mcu::kWireBytes];
+        mcu::encode(mcu::make_command(r.mode, seq++, r.x, r.v, r.f), wire);
+        board.send(wire, sizeof wire);
+        ++sent;
+      }
+      each(t);
+    }
+    board.run_until(until);
+  }
+  template <class Reference>
+  void run(double until, const Reference& reference) {
+    run(until, reference, [](double) {});
+  }
+  void start() {
+    const double t = static_cast<double>(now_ms) * 1e-3;
+    run(t + 0.02, [](double) { return References{Mode::kSafe}; });
+    run(t + 0.1, [](double) { return References{Mode::kTrack}; });
+  }
+
+  // Nothing of what ran may have differed.
+  void expect_same() const {
+    EXPECT_EQ(wrong_outputs, 0);
+    EXPECT_EQ(wrong_bytes, 0);
+    EXPECT_EQ(lost_telemetry, 0);
+    EXPECT_EQ(told.crc_errors() + told.framing_errors(), 0);
+  }
+  void expect_in_time() const {
+    const auto share = [](const SimavrBoard::Interrupt& i, double period) {
+      return static_cast<double>(i.longest) / period;
+    };
+    const auto mean = [](const SimavrBoard::Interrupt& i) {
+      return static_cast<double>(i.sum) / static_cast<double>(i.count);
+    };
+    const auto &loop = board.loop_interrupt(), &in = board.receive_interrupt(), &out = board.send_interrupt();
+    std::printf(
+        "loop: %llu of %d cycles at worst (%.1f %%), %.0f in the mean (%.1f %%); a byte in: %llu of %llu, out: "
+        "%llu; stack left: %zu bytes\n",
+        static_cast<unsigned long long>(loop.longest), mcu::kCyclesPerLoop, 100 * share(loop, mcu::kCyclesPerLoop),
+        mean(loop), 100 * mean(loop) / mcu::kCyclesPerLoop, static_cast<unsigned long long>(in.longest),
+        static_cast<unsigned long long>(kCyclesPerByte), static_cast<unsigned long long>(out.longest),
+        board.stack_left());
+    EXPECT_LE(share(loop, mcu::kCyclesPerLoop), 0.6);
+    EXPECT_LE(share(in, kCyclesPerByte), 0.6);
+    EXPECT_LE(share(out, kCyclesPerByte), 0.6);
+    EXPECT_EQ(board.loops_late(), 0u);
+    EXPECT_GT(board.stack_left(), 4096u);
+  }
+  const mcu::OrthosisMcu& core() const { return twin_; }
+
+  SimavrBoard board;
+  long now_ms = 5;  // by then the firmware listens
+  long loops = 0, sent = 0, taken = 0, telemetry_frames = 0;
+  int wrong_outputs = 0, wrong_bytes = 0, lost_telemetry = 0, restarts = 0;
+  bool connected = true;
+  std::uint8_t seq = 0;
+  mcu::McuOutput output{};
+  mcu::Telemetry telemetry;
+  mcu::SlowValues slow;
+  mcu::FrameDecoder told;  // what the PC hears
+  std::uint8_t restart_page = mcu::kPowerOn;
+
+ private:
+  void compare(const SimavrBoard::Loop& loop) {
+    ++loops;
+    for (const std::uint8_t byte : loop.bytes) {
+      twin_.receive(byte);
+      taken += line_.push(byte);
+    }
+    output = twin_.step(loop.input);
+    const bool same = output.motor_velocity == loop.output.motor_velocity && output.state == loop.output.state;
+    if (!same && wrong_outputs++ == 0) {
+      ADD_FAILURE() << "loop " << loops << ": " << output.motor_velocity << " on the PC, " << loop.output.motor_velocity
+                    << " on the chip";
+    }
+    // The drive gets what the core says.
+    const auto drive = mcu::drive_signal(loop.output.motor_velocity, mcu::duty_per_velocity(mcu::board_settings()));
+    if (board.duty() != drive.duty) ++wrong_outputs;
+    std::uint8_t wire[mcu::kWireBytes];
+    if (twin_.telemetry(wire)) expected_.insert(expected_.end(), wire, wire + sizeof wire);
+  }
+  void hear(std::uint8_t byte) {
+    if (expected_.empty() || expected_.front() != byte) ++wrong_bytes;
+    if (!expected_.empty()) expected_.pop_front();
+    if (!told.push(byte)) return;
+    const mcu::Telemetry frame = mcu::unpack_telemetry(told.payload());
+    if (telemetry_frames > 0 && !restarted_ && frame.seq != ((telemetry.seq + 1) & 63)) ++lost_telemetry;
+    restarted_ = false;
+    telemetry = frame;
+    slow.take(frame);
+    ++telemetry_frames;
+  }
+  void restart() {
+    ++restarts;
+    twin_ = mcu::OrthosisMcu(mcu::make_mcu_params(mcu::board_settings()), restart_page);
+    expected_.clear();
+    told = {};
+    restarted_ = true;
+  }
+
+  mcu::OrthosisMcu twin_;
+  mcu::FrameDecoder line_;
+  std::deque<std::uint8_t> expected_;
+  bool restarted_ = false;
+};
+
+// What an ideal master sends in free motion: four channels drive both sides by a = -K_f f_m.
+References sine(double t, double K_f = 125) {
+  const double w = M_PI, phase = w * (t - 0.1);
+  return {Mode::kTrack, 0.25 * std::sin(phase), 0.25 * w * std::cos(phase), 0.25 * w * w * std::sin(phase) / K_f};
+}
+
+void track_a_sine(double until) {
+  Bench bench;
+  bench.start();
+  double worst = 0;
+  bench.run(
+      until, [](double t) { return sine(t); },
+      [&](double t) {
+        if (t > 1) worst = std::max(worst, std::abs(bench.board.world().true_x() - sine(t).x));
+      });
+  bench.expect_same();
+  bench.expect_in_time();
+  std::printf("%ld loops, %ld of %ld frames taken, %ld telemetry frames, worst tracking %.2f mrad\n", bench.loops,
+              bench.taken, bench.sent, bench.telemetry_frames, worst * 1e3);
+  // 14745600 / 7373 loops a second; the start-up copies 0.7 kB of data and the first loop comes one period after it.
+  // The last frame may be on the line or just be decoded.
+  EXPECT_NEAR(static_cast<double>(bench.loops), until * mcu::kClockHz / mcu::kCyclesPerLoop, 3);
+  EXPECT_GE(bench.taken, bench.sent - 2);
+  EXPECT_EQ(bench.slow.crc_errors() + bench.slow.framing_errors(), 0);
+  EXPECT_GE(bench.telemetry_frames, bench.loops / 2 - 1);
+  EXPECT_EQ(bench.output.state, State::kTrack);
+  if (until > 1) {
+    EXPECT_LE(worst, 2e-3);
+  }
+}
+
+TEST(Firmware, AClosedLoopOnTheChipIsThatOfThePcBitByBit) { track_a_sine(1.6); }
+TEST(NightlyFirmware, TenSecondsOfClosedLoopOnTheChipAreThoseOfThePcBitByBit) { track_a_sine(10); }
+
+}  // namespace
+}  // namespace farhand
