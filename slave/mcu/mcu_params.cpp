@@ -108,7 +108,11 @@ McuParams make_mcu_params(const McuSettings& s) {
   p.sensor_loops = loops("spring_sensor_fault_s", s.spring_sensor_fault_s, s.loop_hz);
   p.sensor_unit = rounded(within("spring_sensor_nm", s.spring_sensor_nm, 0, 15) / kSensorCounts * kTorqueUnits);
   if (s.spring_sensor_nm > 0) {
-    p.sensor_apart = rounded(within("spring_sensor_fault_nm", s.spring_sensor_fault_nm, 1e-3, 15) * kTorqueUnits);
+    within("spring_sensor_fault_nm", s.spring_sensor_fault_nm, 1e-3, 15);
+    // Two counts of each encoder say nothing yet; a stiff spring makes much of them.
+    const double counts_nm =
+        2 * s.spring * (encoder_unit_rad(s.joint_counts_per_rev) + encoder_unit_rad(s.motor_counts_per_rev));
+    p.sensor_apart = rounded(std::fmin(std::fmax(s.spring_sensor_fault_nm, counts_nm), 15) * kTorqueUnits);
   }
   p.loops_per_frame = static_cast<std::uint16_t>(loops_per_frame);
   return p;
