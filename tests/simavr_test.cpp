@@ -2,6 +2,8 @@
 // what the core does on the PC and what it does on the chip are the same, bit by bit, and the chip has the time for it.
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "common/device/mcu_si.hpp"
 #include "tests/support/simavr_board.hpp"
 
@@ -32,7 +34,7 @@ class Bench {
   template <class Reference, class Each>
   void run(double until, const Reference& reference, const Each& each) {
     for (; now_ms < std::lround(until * 1e3); ++now_ms) {
-      const double t = static_cast<double>(now_ms) * 1e-3;
+      const double t = now();
       board.run_until(t);
       if (connected) {
         const References r = reference(t);
@@ -50,7 +52,7 @@ class Bench {
     run(until, reference, [](double) {});
   }
   void start() {
-    const double t = static_cast<double>(now_ms) * 1e-3;
+    const double t = now();
     run(t + 0.02, [](double) { return References{Mode::kSafe}; });
     run(t + 0.1, [](double) { return References{Mode::kTrack}; });
   }
@@ -84,6 +86,8 @@ class Bench {
     EXPECT_GT(board.stack_left(), 4096u);
   }
   const mcu::OrthosisMcu& core() const { return twin_; }
+  double now() const { return static_cast<double>(now_ms) * 1e-3; }
+  void skip_to_now() { now_ms = std::lround(std::ceil(board.now() * 1e3)); }
 
   SimavrBoard board;
   long now_ms = 5;  // by then the firmware listens
@@ -174,6 +178,139 @@ void track_a_sine(double until) {
 
 TEST(Firmware, AClosedLoopOnTheChipIsThatOfThePcBitByBit) { track_a_sine(1.6); }
 TEST(NightlyFirmware, TenSecondsOfClosedLoopOnTheChipAreThoseOfThePcBitByBit) { track_a_sine(10); }
+
+// It comes to rest with 5/0.2 = 25 rad/s.
+SeriesElasticWorld::Params with_hand() {
+  SeriesElasticWorld::Params world;
+  world.environment.hand = Hand::Params{5, 0.2, 0, 0, 1e9};
+  return world;
+}
+References let_go(double) { return {Mode::kSafe}; }
+References press(double) { return {Mode::kTorque, 0, 0, 1.5}; }
+
+// Pressed at any time within a millisecond while the hand is pressed on; 3 ms are one frame and 2 ms.
+TEST(Firmware, ThePatientsStopIsZeroTorqueWithinAFrameAndTwoMilliseconds) {
+  Bench bench(with_hand());
+  double slowest_ms = 0;
+  for (int n = 0; n < 8; ++n) {
+    const double t0 = bench.now();
+    bench.run(t0 + 0.005, let_go);
+    bench.run(t0 + 0.1, press);
+    ASSERT_EQ(mcu::to_nm(bench.core().torque_command()), 1.5);
+    const double pressed = t0 + 0.1 + n * 0.13e-3;
+    bench.board.run_until(pressed);
+    bench.board.press_stop(true);
+    double zero = pressed;
+    while (bench.core().torque_command() != 0 && zero < pressed + 0.02) bench.board.run_until(zero += 10e-6);
+    slowest_ms = std::max(slowest_ms, (zero - pressed) * 1e3);
+    bench.run(t0 + 0.13, press);
+    EXPECT_EQ(bench.telemetry.state, State::kFault);
+    EXPECT_EQ(bench.slow.faults(), mcu::kPatientStop);
+    bench.board.press_stop(false);
+    bench.run(t0 + 0.15, press);
+    EXPECT_EQ(bench.telemetry.state, State::kFault);
+    bench.board.press_release(true);
+    bench.run(t0 + 0.26, press);
+    EXPECT_EQ(bench.telemetry.state, State::kSafe);
+    bench.board.press_release(false);
+  }
+  std::printf("from the press to zero torque: %.2f ms at most\n", slowest_ms);
+  EXPECT_LE(slowest_ms, 3.0);
+  bench.expect_same();
+  bench.expect_in_time();
+}
+
+// 70 ms without supply: the drive stands, the spring keeps what it had, the counters keep their counts. Then the MCU is
+// in SAFE at the angle where it is, says why it restarted, and waits for the edge.
+TEST(Firmware, ABrownOutEndsInSafeAtTheRightAngleAndIsTold) {
+  Bench bench(with_hand());
+  bench.run(0.02, let_go);
+  bench.run(0.4, press);
+  const double x = bench.board.world().true_x();
+  EXPECT_NEAR(x, 0.3, 2e-3);
+  EXPECT_EQ(bench.slow.restart(), mcu::kPowerOn);
+  for (int n = 1; n <= 2; ++n) {
+    const double t0 = bench.now(), motor = bench.board.world().truth().motor_x;
+    bench.restart_page = static_cast<std::uint8_t>(mcu::kBrownOut | (n << 4));
+    bench.board.brown_out(0.07);
+    EXPECT_EQ(bench.board.motor_command(), 0);
+    EXPECT_FALSE(bench.board.drive_enabled());
+    bench.skip_to_now();
+    bench.run(t0 + 0.07, press);
+    EXPECT_NEAR(bench.board.world().truth().motor_x, motor, 1e-3);
+    bench.run(t0 + 0.4, press);
+    EXPECT_EQ(bench.restarts, n);
+    EXPECT_EQ(bench.telemetry.state, State::kSafe);
+    EXPECT_EQ(bench.slow.restart(), bench.restart_page);
+    EXPECT_NEAR(mcu::angle_rad(bench.telemetry), bench.board.world().true_x(), 1e-3);
+    EXPECT_NEAR(bench.board.world().true_f(), 0, 0.02);
+    bench.run(t0 + 0.41, let_go);
+    bench.run(t0 + 0.8, press);
+    EXPECT_EQ(bench.telemetry.state, State::kTorque);
+    EXPECT_NEAR(bench.board.world().true_x(), x, 2e-3);
+  }
+  bench.expect_same();
+}
+
+TEST(Firmware, ALoopThatHangsIsResetByTheWatchdogWithinTwentyMilliseconds) {
+  Bench bench(with_hand());
+  bench.run(0.02, let_go);
+  bench.run(0.3, press);
+  EXPECT_TRUE(bench.board.drive_enabled());
+  bench.restart_page = static_cast<std::uint8_t>(mcu::kWatchdogReset | (1 << 4));
+  bench.board.freeze_loop();
+  const double frozen = bench.now();
+  bench.run(frozen + 0.02, press);
+  EXPECT_EQ(bench.restarts, 1);
+  bench.run(frozen + 0.3, press);
+  EXPECT_EQ(bench.telemetry.state, State::kSafe);
+  EXPECT_EQ(bench.slow.restart(), bench.restart_page);
+  EXPECT_NEAR(bench.board.world().true_f(), 0, 0.02);
+  bench.expect_same();
+}
+
+// A spring that has come off its sensor: the firmware reads the sensor and believes nothing.
+TEST(Firmware, ASensorThatDisagreesWithTheEncodersEndsInFault) {
+  Bench bench(with_hand());
+  bench.run(0.02, let_go);
+  bench.run(0.3, press);
+  EXPECT_EQ(bench.telemetry.state, State::kTorque);
+  EXPECT_NEAR(bench.slow.motor_current_a(), 1.0, 0.05);  // 1.5 N m
+  EXPECT_EQ(bench.slow.temperature_c(), 25);
+  bench.board.offset_sensor(-1);
+  bench.run(0.4, press);
+  EXPECT_EQ(bench.telemetry.state, State::kFault);
+  EXPECT_EQ(bench.slow.faults(), mcu::kSpringSensor);
+  EXPECT_EQ(bench.core().torque_command(), 0);
+  bench.expect_same();
+}
+
+// The line at its full rate, with what costs the most: frames whose CRC is wrong, random bytes, valid frames of random
+// content. The loop is in time whatever comes, and so is every byte.
+TEST(Firmware, IsInTimeWhateverComesOnTheLine) {
+  Bench bench(with_hand());
+  bench.start();
+  std::mt19937 random(17);
+  bench.connected = false;
+  for (int ms = 0; ms < 500; ++ms) {
+    std::uint8_t payload[mcu::kPayloadBytes], wire[12];
+    for (auto& byte : payload) byte = static_cast<std::uint8_t>(random());
+    payload[0] = static_cast<std::uint8_t>((payload[0] & 0x3F) | 0x40);  // TRACK
+    mcu::encode_frame(payload, wire);
+    wire[10] = static_cast<std::uint8_t>(random());
+    wire[11] = 0;
+    if (ms % 4 == 1) wire[3] = static_cast<std::uint8_t>(1 + random() % 255);
+    if (ms % 4 == 2) {
+      for (auto& byte : wire) byte = static_cast<std::uint8_t>(random());
+    }
+    bench.board.send(wire, ms % 4 == 3 ? 12 : 11);
+    bench.run(bench.now() + 1e-3, press);
+  }
+  EXPECT_GT(bench.slow.crc_errors() + bench.slow.framing_errors(), 50);
+  EXPECT_GT(bench.taken, 100);
+  bench.expect_same();
+  bench.expect_in_time();
+}
 
 }  // namespace
 }  // namespace farhand

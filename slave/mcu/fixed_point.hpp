@@ -30,6 +30,11 @@ struct Gain {
   uint8_t right;  // 0 to 47
 };
 
+// |value| < 2^15.
+inline int32_t narrow_product(int32_t value, uint16_t factor) {
+  return static_cast<int32_t>(static_cast<int16_t>(value)) * factor;
+}
+
 inline int32_t clamp(int32_t value, int32_t lowest, int32_t highest) {
   return value < lowest ? lowest : value > highest ? highest : value;
 }

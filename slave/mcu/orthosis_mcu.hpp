@@ -138,7 +138,7 @@ class OrthosisCore {
   bool follows(const Command& previous, const Command& next) const;
   void start(Mode mode);
   void accept(const Command& command);
-  bool read(const EncoderUnit& unit, int32_t counts, int32_t& angle) const;
+  FARHAND_WITH_ITS_GAIN bool read(const EncoderUnit& unit, int32_t counts, int32_t& angle) const;
   void sense(const McuInput& input);
   void estimate();
   void supervise(const McuInput& input);

@@ -205,7 +205,6 @@ void SimavrBoard::set_pins() {
   wires.value = pins & wires.mask;
   avr_ioctl(avr_, AVR_IOCTL_IOPORT_SET_EXTERNAL('D'), &wires);
   data(kPinD) = pins;
-  data(kPinC) = 0xFF;
 }
 void SimavrBoard::press_stop(bool pressed) {
   stop_ = pressed;

@@ -134,16 +134,20 @@ void run_loop() {
   wdt_reset();
 }
 
-// One byte at a time; after a frame it waits until a loop has taken it.
+// One byte at a time; after a frame it waits until a loop has taken it. The loop sees a byte with all that it meant, or
+// not yet.
 void decode_line() {
   while (!frame_in && mcu_received.tail != mcu_received.head) {
-    const bool complete = decoder.push(mcu_received.bytes[mcu_received.tail]);
-    const Command decoded = unpack_command(decoder.payload());
+    const uint8_t tail = mcu_received.tail;
+    const bool complete = decoder.push(mcu_received.bytes[tail]);
+    if (complete) command = unpack_command(decoder.payload());
+    const uint8_t next = static_cast<uint8_t>((tail + 1) % kRing);
+    const uint8_t crc = static_cast<uint8_t>(decoder.crc_errors() & 0xFF);
+    const uint8_t framing = static_cast<uint8_t>(decoder.framing_errors() & 0xFF);
     cli();
-    mcu_received.tail = static_cast<uint8_t>((mcu_received.tail + 1) % kRing);
-    crc_errors = static_cast<uint8_t>(decoder.crc_errors() & 0xFF);
-    framing_errors = static_cast<uint8_t>(decoder.framing_errors() & 0xFF);
-    if (complete) command = decoded;
+    mcu_received.tail = next;
+    crc_errors = crc;
+    framing_errors = framing;
     frame_in = complete;
     sei();
   }
