@@ -24,8 +24,8 @@ constexpr int16_t kRefLimit = 8191;
 
 // What the PC asks for. CONFIG is set aside for parameter pages; the core ignores such frames.
 enum class Mode : uint8_t { kSafe = 0, kTrack = 1, kTorque = 2, kConfig = 3 };
-// What the MCU does. While its torque ramps down it still reports the state that it leaves, but FAULT at once: a fault or
-// the patient's stop, as the page of faults tells.
+// What the MCU does. While its torque ramps down it still reports the state that it leaves, but FAULT at once: a fault
+// or the patient's stop, as the page of faults tells.
 enum class State : uint8_t { kSafe = 0, kTrack = 1, kTorque = 2, kFault = 3 };
 
 struct Command {

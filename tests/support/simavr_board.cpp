@@ -266,12 +266,11 @@ void SimavrBoard::analog(unsigned channel) {
 }
 
 std::uint16_t SimavrBoard::duty() const {
+  const bool connected = (data(kTccr3a) & 0xC0) == 0x80 && (data(kDdrB) & (1 << 6)) != 0;
+  if (!connected) return 0;
   return static_cast<std::uint16_t>(data(kOcr3aLow) | (data(kOcr3aHigh) << 8));
 }
-bool SimavrBoard::drive_enabled() const {
-  return (data(kDdrD) & data(kPortD) & (1 << mcu::kEnablePin)) != 0 && (data(kDdrB) & (1 << 6)) != 0 &&
-         (data(kTccr3a) & 0x80) != 0;
-}
+bool SimavrBoard::drive_enabled() const { return (data(kDdrD) & data(kPortD) & (1 << mcu::kEnablePin)) != 0; }
 
 // A drive that is not enabled, or whose pins float, stands.
 void SimavrBoard::update_drive() {

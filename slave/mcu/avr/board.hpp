@@ -7,6 +7,11 @@
 //                                PB3 OE/   /  with a byte-wide bus    PD4 drive enable   PD5 direction, high: positive
 //                                PC0-PC7 its bus                      PB6 PWM: speed (OC3A)
 //
+// Each wire fails to the safe side: a stop that is not connected is pressed, a release key that is not connected is
+// not, and the drive's enable is pulled down. The counter is clocked on its own, counts every edge (EN1, EN2), is reset
+// with its power only, and runs from what the MCU runs from, with more left: it survives the brown-out that resets the
+// MCU.
+//
 // The encoders are counted outside. One count of 20000 to the turn at 4 rad/s is 79 us, and a joint that the spring
 // throws is four times as fast: 64000 edges a second of two encoders would take a third of this MCU in pin-change
 // interrupts, and an edge that is missed is an angle that is wrong for ever and looks plausible. The counter misses

@@ -13,7 +13,8 @@
 
 // Full-swing crystal, slow start, brown-out at 4.3 V (below 4.1 V this clock is too fast), watchdog always on, no JTAG
 // (it would take half of the counter's bus).
-FUSES = {0xF7, static_cast<uint8_t>(FUSE_SPIEN& FUSE_WDTON), static_cast<uint8_t>(FUSE_BODLEVEL1& FUSE_BODLEVEL0)};
+FUSES = {0xF7, static_cast<uint8_t>((FUSE_SPIEN) & (FUSE_WDTON)),
+         static_cast<uint8_t>((FUSE_BODLEVEL1) & (FUSE_BODLEVEL0))};
 
 namespace {
 
@@ -105,6 +106,8 @@ void drive(int32_t motor_velocity) {
   } else {
     PORTD &= static_cast<uint8_t>(~bit(kDirectionPin));
   }
+  // A duty of 0 would still be one cycle of 737, and the motor would creep.
+  TCCR3A = static_cast<uint8_t>(signal.duty == 0 ? bit(WGM31) : bit(WGM31) | bit(COM3A1));
   OCR3A = signal.duty;
   PORTD |= bit(kEnablePin);
 }
@@ -114,6 +117,7 @@ void run_loop() {
   mcu_input.motor_counts = read_counter(bit(kMotorAxis));
   read_analog();
   const uint8_t pins = PIND;
+  // Not debounced: the first sample of a press counts, and what bounces is latched already.
   mcu_input.stop = (pins & bit(kStopPin)) != 0;
   mcu_input.release = (pins & bit(kReleasePin)) == 0;
   mcu_input.overrun = late;
@@ -153,9 +157,9 @@ void decode_line() {
   }
 }
 
-// A frame is gone 130 us before the next one is due.
+// A frame is gone 130 us before the next one is due; one that comes earlier waits.
 void encode_telemetry() {
-  if (!frame_out) return;
+  if (!frame_out || mcu_sending.left != 0) return;
   uint8_t payload[kPayloadBytes];
   cli();
   for (uint8_t i = 0; i < kPayloadBytes; ++i) payload[i] = telemetry_payload[i];
@@ -212,7 +216,7 @@ int main() {
   PORTD = bit(kStopPin) | bit(kReleasePin);
   DDRD = bit(kEnablePin) | bit(kDirectionPin) | bit(1);
 
-  TCCR3A = bit(COM3A1) | bit(WGM31);  // fast PWM up to ICR3, no prescaler
+  TCCR3A = bit(WGM31);  // fast PWM up to ICR3, no prescaler
   TCCR3B = bit(WGM33) | bit(WGM32) | bit(CS30);
   ICR3 = kPwmTop;
 
