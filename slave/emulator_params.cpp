@@ -28,6 +28,7 @@ OrthosisEmulator::Params emulator_params(const scene::Scene& scene) {
   p.mcu.motor_speed_limit = elastic.motor_speed_limit_rad_s();
   p.mcu.range_min = axis.range_min_rad();
   p.mcu.range_max = axis.range_max_rad();
+  p.mcu.spring_sensor_nm = 8;  // as the firmware's board has it
   p.mcu.velocity_limit = axis.velocity_limit_rad_s();
   return p;
 }

@@ -11,6 +11,7 @@
 #include "common/device/pty.hpp"
 #include "common/runtime/program.hpp"
 #include "slave/emulator_params.hpp"
+#include "slave/patient_buttons.hpp"
 
 namespace farhand {
 namespace {
@@ -32,6 +33,9 @@ class EmulatorLoop {
       ++stalls_;
       stalled_ms_ += time.missed;
     }
+    buttons_.tick();
+    orthosis_.emulator().press_stop(buttons_.stop());
+    orthosis_.emulator().press_release(buttons_.release());
     now_ += kMillisecond * static_cast<Nanoseconds>(late ? 1 : 1 + time.missed);
 
     std::array<std::uint8_t, 256> bytes;
@@ -68,6 +72,7 @@ class EmulatorLoop {
   OrthosisOnSerial& orthosis_;
   Pty& pty_;
   Recorder* recorder_;
+  PatientButtons buttons_;
   Nanoseconds now_ = 0;
   std::uint64_t stalls_ = 0, stalled_ms_ = 0;
 };

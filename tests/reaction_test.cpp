@@ -205,6 +205,38 @@ TEST(Reaction, AnMcuThatHearsNothingLetsGoAndTheSlaveNoticesThatItDid) {
   EXPECT_EQ(sides.slave->trace().reason, Reason::kDeviceLost);
 }
 
+// One frame and 2 ms after the press there is no torque, with the network, without it and without the slave's process.
+// The slave hears of it from the next telemetry, the master one delay later. What the patient released goes on only
+// when the operator engages.
+TEST(Reaction, ThePatientsStopTakesTheTorqueOffWithinThreeMillisecondsAndOnlyThePatientEndsIt) {
+  for (const int down : {0, 1, 2}) {
+    Sides sides;
+    sides.work();
+    sides.forward = sides.backward = down != 1;
+    sides.slave_runs = down != 2;
+    OrthosisEmulator& orthosis = sides.orthosis.on_serial.emulator();
+    const Nanoseconds pressed = sides.now;
+    orthosis.press_stop(true);
+    while (orthosis.core().torque_command() != 0 && sides.now < pressed + kSecond) sides.tick();
+    EXPECT_LE(sides.now - pressed, 3 * kMillisecond) << down;
+    if (down == 0) {
+      EXPECT_LE(sides.until(*sides.slave, StationState::kReady) - pressed, 4 * kMillisecond);
+      EXPECT_EQ(sides.slave->trace().reason, Reason::kDeviceLost);
+      EXPECT_LE(sides.until(*sides.master, StationState::kHolding) - pressed, 4 * kMillisecond + kDelay);
+    }
+    while (sides.now < pressed + kSecond) sides.tick();
+    EXPECT_NEAR(sides.torque_on_hand(), 0, 0.01);
+    orthosis.press_stop(false);
+    while (sides.now < pressed + 2 * kSecond) sides.tick();
+    EXPECT_EQ(orthosis.output().state, mcu::State::kFault);
+    orthosis.press_release(true);
+    while (sides.now < pressed + 3 * kSecond) sides.tick();
+    EXPECT_EQ(orthosis.core().faults(), 0);
+    EXPECT_EQ(orthosis.output().state, mcu::State::kSafe);
+    EXPECT_EQ(orthosis.core().torque_command(), 0);
+  }
+}
+
 // The outage of the shipped scene, on both kinds of slave, judged on every tick in which a station drives its axis.
 class Recovery : public testing::TestWithParam<std::vector<std::string>> {};
 INSTANTIATE_TEST_SUITE_P(Outage, Recovery,

@@ -19,11 +19,13 @@ constexpr int32_t kFRefCountsPerNm = 2048;           // 0.488 mN m
 constexpr int32_t kAngleCountsPerRad = 10000;        // 0.1 mrad
 constexpr int32_t kTorqueCountsPerNm = 10000;        // 0.1 mN m
 constexpr int32_t kMotorSpeedCountsPerRadPerS = 16;  // slow byte, +-7.9 rad/s
+constexpr int32_t kCurrentCountsPerA = 64;           // slow byte, up to 3.98 A
 constexpr int16_t kRefLimit = 8191;
 
 // What the PC asks for. CONFIG is set aside for parameter pages; the core ignores such frames.
 enum class Mode : uint8_t { kSafe = 0, kTrack = 1, kTorque = 2, kConfig = 3 };
-// What the MCU does. While its torque ramps down it still reports the state that it leaves.
+// What the MCU does. While its torque ramps down it still reports the state that it leaves, but FAULT at once: a fault
+// or the patient's stop, as the page of faults tells.
 enum class State : uint8_t { kSafe = 0, kTrack = 1, kTorque = 2, kFault = 3 };
 
 struct Command {
@@ -54,22 +56,37 @@ enum class SlowPage : uint8_t {
   kFramingErrors,
   kOverruns,
   kFirmware,
-  kCommandEcho,  // newest command: mode in bits 4-5, seq below; the pages 12 to 15 repeat it
+  kCommandEcho,  // newest command: mode in bits 4-5, seq below; the pages 14 and 15 repeat it
+  kRestart,      // why the MCU started last, bits 0-3; how often it restarted, bits 4-7
+  kCurrent,
 };
 inline SlowPage slow_page(uint8_t telemetry_seq) {
   const uint8_t page = telemetry_seq & 15;
-  return page > static_cast<uint8_t>(SlowPage::kCommandEcho) ? SlowPage::kCommandEcho : static_cast<SlowPage>(page);
+  return page > static_cast<uint8_t>(SlowPage::kCurrent) ? SlowPage::kCommandEcho : static_cast<SlowPage>(page);
 }
 
 // Polynomial 0x3D65 has Hamming distance 6 at this length (the common 0x1021: 4): up to five flipped bits are always
 // seen. Because nothing is xored at the end, the CRC over payload and CRC is 0.
-inline uint16_t crc16(const uint8_t* bytes, uint8_t count) {
-  uint16_t crc = 0xFFFF;
-  for (uint8_t i = 0; i < count; ++i) {
-    crc = static_cast<uint16_t>(crc ^ (static_cast<uint16_t>(bytes[i]) << 8));
+struct CrcTable {
+  uint16_t of_byte[256];
+};
+constexpr CrcTable make_crc_table() {
+  CrcTable table{};
+  for (uint16_t n = 0; n < 256; ++n) {
+    uint16_t crc = static_cast<uint16_t>(n << 8);
     for (uint8_t bit = 0; bit < 8; ++bit) {
       crc = static_cast<uint16_t>((crc & 0x8000) ? (static_cast<uint16_t>(crc << 1) ^ 0x3D65) : (crc << 1));
     }
+    table.of_byte[n] = crc;
+  }
+  return table;
+}
+constexpr CrcTable kCrcTable = make_crc_table();
+inline uint16_t crc16(const uint8_t* bytes, uint8_t count) {
+  uint16_t crc = 0xFFFF;
+  for (uint8_t i = 0; i < count; ++i) {
+    const uint8_t index = static_cast<uint8_t>((crc >> 8) ^ bytes[i]);
+    crc = static_cast<uint16_t>((crc << 8) ^ kCrcTable.of_byte[index]);
   }
   return crc;
 }

@@ -55,6 +55,8 @@ class SlowValues {
   std::uint8_t framing_errors() const noexcept { return byte(SlowPage::kFramingErrors); }
   std::uint8_t overruns() const noexcept { return byte(SlowPage::kOverruns); }
   std::uint8_t firmware() const noexcept { return byte(SlowPage::kFirmware); }
+  std::uint8_t restart() const noexcept { return byte(SlowPage::kRestart); }
+  double motor_current_a() const noexcept { return byte(SlowPage::kCurrent) / double{kCurrentCountsPerA}; }
   std::uint8_t command_seq() const noexcept { return byte(SlowPage::kCommandEcho) & 15; }
 
  private:

@@ -2,6 +2,7 @@
 // virtual time by whole MCU loops.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -25,6 +26,7 @@ class OrthosisEmulator {
         core_(core_params_),
         world_(params.world, params.numerics),
         loop_s_(1.0 / params.mcu.loop_hz),
+        sensor_nm_(params.mcu.spring_sensor_nm),
         joint_unit_rad_(mcu::encoder_unit_rad(params.world.actuator.joint_counts_per_rev)),
         motor_unit_rad_(mcu::encoder_unit_rad(params.world.actuator.motor_counts_per_rev)) {}
 
@@ -39,15 +41,29 @@ class OrthosisEmulator {
     input.joint_counts = counts(world_.encoder(), joint_unit_rad_);
     input.motor_counts = counts(world_.motor_encoder(), motor_unit_rad_);
     input.temperature_c = 25;
+    input.stop = stop_;
+    input.release = release_;
+    if (sensor_nm_ > 0) {
+      const double torque = world_.truth().spring_torque;
+      const double counts = std::clamp(torque / sensor_nm_, -1.0, 1.0) * mcu::kSensorCounts;
+      input.sensor = static_cast<std::int16_t>(std::lround(std::isfinite(counts) ? counts : mcu::kSensorCounts));
+      const double current = std::fmin(std::fabs(torque) / mcu::kMotorTorqueNmPerA, 3.99) * mcu::kCurrentCounts;
+      input.current = static_cast<std::uint16_t>(std::isfinite(current) ? current : 0);
+    }
     output_ = core_.step(input);
     return core_.telemetry(wire);
   }
 
   // The MCU restarts, as after a brown-out; the motor stands until its next loop.
-  void reset_mcu() noexcept {
-    core_ = mcu::OrthosisMcu(core_params_);
+  void reset_mcu(mcu::Restart why = mcu::kBrownOut) noexcept {
+    ++restarts_;
+    core_ = mcu::OrthosisMcu(core_params_, static_cast<std::uint8_t>(why | (restarts_ << 4)));
     output_ = {};
   }
+
+  // The patient's buttons.
+  void press_stop(bool pressed) noexcept { stop_ = pressed; }
+  void press_release(bool pressed) noexcept { release_ = pressed; }
 
   // Time of the next tick.
   Nanoseconds next_tick() const noexcept { return from_seconds(loop_s_ * ticks_); }
@@ -67,7 +83,9 @@ class OrthosisEmulator {
   mcu::McuParams core_params_;
   mcu::OrthosisMcu core_;
   SeriesElasticWorld world_;
-  double loop_s_, joint_unit_rad_, motor_unit_rad_;
+  double loop_s_, sensor_nm_, joint_unit_rad_, motor_unit_rad_;
+  bool stop_ = false, release_ = false;
+  unsigned restarts_ = 0;
   double ticks_ = 0;
   mcu::McuOutput output_{};
 };

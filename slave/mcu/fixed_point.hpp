@@ -4,6 +4,13 @@
 
 #include <stdint.h>
 
+#ifdef __AVR__
+#include "slave/mcu/avr/product.hpp"
+#define FARHAND_WITH_ITS_GAIN __attribute__((always_inline))  // then it shifts by a number that is known
+#else
+#define FARHAND_WITH_ITS_GAIN
+#endif
+
 namespace farhand {
 namespace mcu {
 
@@ -23,27 +30,51 @@ struct Gain {
   uint8_t right;  // 0 to 47
 };
 
+// |value| < 2^15.
+inline int32_t narrow_product(int32_t value, uint16_t factor) {
+  return static_cast<int32_t>(static_cast<int16_t>(value)) * factor;
+}
+
 inline int32_t clamp(int32_t value, int32_t lowest, int32_t highest) {
   return value < lowest ? lowest : value > highest ? highest : value;
 }
 
-// value * gain to the nearest unit, saturated at +-kLargest. |value| <= 2^30.
-inline int32_t times(int32_t value, Gain gain) {
-  // value * mantissa = high 2^16 + low exactly, 0 <= low < 2^16; |value >> 16| <= 2^14, so no product leaves 32 bits.
-  const uint32_t product = static_cast<uint32_t>(value & 0xFFFF) * gain.mantissa;
-  const int32_t high = (value >> 16) * static_cast<int32_t>(gain.mantissa) + static_cast<int32_t>(product >> 16);
+#ifndef __AVR__
+// value * mantissa = high 2^16 + low exactly, 0 <= low < 2^16.
+struct Product {
+  int32_t high;
+  uint16_t low;
+};
+inline Product product(int32_t value, uint16_t mantissa) {
+  const uint32_t below = static_cast<uint32_t>(value & 0xFFFF) * mantissa;
+  return {(value >> 16) * static_cast<int32_t>(mantissa) + static_cast<int32_t>(below >> 16),
+          static_cast<uint16_t>(below & 0xFFFF)};
+}
+inline void twice(Product& p) {
+  p.high = p.high * 2 + (p.low >> 15);
+  p.low = static_cast<uint16_t>(p.low << 1);
+}
+#endif
+
+// value * gain to the nearest unit, saturated at +-kLargest. |value| <= 2^30, so that no product leaves 32 bits.
+FARHAND_WITH_ITS_GAIN inline int32_t times(int32_t value, Gain gain) {
+  static_assert(kLargest == int32_t(16) << 24, "the highest byte alone tells what is too large");
+  const auto highest_byte = [](int32_t wide) { return static_cast<int8_t>(wide >> 24); };
+  Product p = product(value, gain.mantissa);
   if (gain.right > 16) {
-    // |high| <= 2^30 and half <= 2^30. What is left of low is under a unit of high and changes the result by less than
-    // half of one.
-    const uint8_t right = static_cast<uint8_t>(gain.right - 16);
-    return clamp((high + (int32_t(1) << (right - 1))) >> right, -kLargest, kLargest);
+    // What is left of low is under a unit of high and changes the result by less than half of one.
+    uint8_t right = static_cast<uint8_t>(gain.right - 17);
+    for (; right >= 8; right = static_cast<uint8_t>(right - 8)) p.high >>= 8;
+    p.high = ((p.high >> right) + 1) >> 1;
+    if (highest_byte(p.high) >= 16) return kLargest;
+    return highest_byte(p.high) < -16 ? -kLargest : p.high;
   }
-  const uint8_t left = static_cast<uint8_t>(16 - gain.right);
-  if (high >= (kLargest >> left)) return kLargest;
-  if (high < -(kLargest >> left)) return -kLargest;
-  const uint32_t low = product & 0xFFFF;
-  const uint32_t half = gain.right == 0 ? 0 : uint32_t(1) << (gain.right - 1);
-  return high * (int32_t(1) << left) + static_cast<int32_t>((low + half) >> gain.right);
+  for (uint8_t left = static_cast<uint8_t>(16 - gain.right);; --left) {
+    if (highest_byte(p.high) >= 16) return kLargest;
+    if (highest_byte(p.high) < -16) return -kLargest;
+    if (left == 0) return p.high + (p.low >> 15);
+    twice(p);
+  }
 }
 
 }  // namespace mcu

@@ -103,6 +103,17 @@ McuParams make_mcu_params(const McuSettings& s) {
   p.watchdog_loops = loops("watchdog_s", s.watchdog_s, s.loop_hz);
   p.ramp_loops = loops("ramp_s", s.ramp_s, s.loop_hz);
   p.overrun_limit = loops("overrun_fault_s", s.overrun_fault_s, s.loop_hz);
+  p.stop_loops = loops("stop_ramp_s", s.stop_ramp_s, s.loop_hz);
+  p.release_loops = loops("release_s", s.release_s, s.loop_hz);
+  p.sensor_loops = loops("spring_sensor_fault_s", s.spring_sensor_fault_s, s.loop_hz);
+  p.sensor_unit = rounded(within("spring_sensor_nm", s.spring_sensor_nm, 0, 15) / kSensorCounts * kTorqueUnits);
+  if (s.spring_sensor_nm > 0) {
+    within("spring_sensor_fault_nm", s.spring_sensor_fault_nm, 1e-3, 15);
+    // Two counts of each encoder say nothing yet; a stiff spring makes much of them.
+    const double counts_nm =
+        2 * s.spring * (encoder_unit_rad(s.joint_counts_per_rev) + encoder_unit_rad(s.motor_counts_per_rev));
+    p.sensor_apart = rounded(std::fmin(std::fmax(s.spring_sensor_fault_nm, counts_nm), 15) * kTorqueUnits);
+  }
   p.loops_per_frame = static_cast<std::uint16_t>(loops_per_frame);
   return p;
 }

@@ -8,6 +8,9 @@
 
 namespace farhand::mcu {
 
+// At the joint; of the simulated motors only, whose current the MCU shows but does not use.
+constexpr double kMotorTorqueNmPerA = 1.5;
+
 struct McuSettings {
   double loop_hz = 2000;
   double spring = 10;                   // N m/rad
@@ -35,6 +38,14 @@ struct McuSettings {
   double overrun_fault_s = 0.01;     // every loop late for this long
   double watchdog_s = 0.02;
   double ramp_s = 0.05;
+  // The patient's stop: 3 N m in 2 ms is within the rate of the torque. A key held for 0.1 s is no glitch.
+  double stop_ramp_s = 0.002;
+  double release_s = 0.1;
+  // The spring's own torque sensor, 10 bits over +- this; 0: none. A count of 8 N m is 16 mN m, and the encoders may be
+  // a loop apart from it at 4 rad/s, which is 20 mN m: 0.5 N m is no noise.
+  double spring_sensor_nm = 0;
+  double spring_sensor_fault_nm = 0.5;
+  double spring_sensor_fault_s = 0.02;
 };
 
 // Throws std::invalid_argument with one sentence: which value, and what would fit.

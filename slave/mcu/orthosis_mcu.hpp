@@ -11,6 +11,9 @@
 // SAFE, where it starts, drives the spring torque to zero: the patient moves freely. 20 ms without a valid frame ramp
 // the torque to zero in 50 ms and end in SAFE; out of it lead only a SAFE frame and then three consecutive, consistent
 // frames of one active mode.
+//
+// The patient's stop ramps to zero in 2 ms from every state and stays: no byte on the line ends it, only the release
+// key beside the stop, pressed anew and held once the stop is up.
 #pragma once
 
 #include "common/device/mcu_frame.hpp"
@@ -39,17 +42,27 @@ struct McuParams {
   Gain angle_telemetry, torque_telemetry;
   int32_t torque_limit, torque_step;  // step: per loop
   int32_t spring_fault;               // spring torque beyond this is a fault
+  int32_t sensor_unit;                // torque per count of the spring's own sensor
+  int32_t sensor_apart;               // it may differ from k (x_motor - x) by this for sensor_loops; 0: no such sensor
   int32_t motor_speed_limit;
   int32_t x_step, v_step, f_step;  // how far one frame may move a reference
   int32_t x_min, x_max;
   uint16_t watchdog_loops, ramp_loops, loops_per_frame, overrun_limit;
+  uint16_t stop_loops, release_loops, sensor_loops;
 };
+
+constexpr int16_t kSensorCounts = 512;   // of 10 bits: the spring's sensor spans -512 to 511
+constexpr int16_t kCurrentCounts = 256;  // per ampere, of 10 bits: up to 4 A
 
 struct McuInput {
   int32_t joint_counts;
   int32_t motor_counts;  // seen at the joint
   int8_t temperature_c;
-  bool overrun;  // the loop before this one did not end in time
+  bool overrun;          // the loop before this one did not end in time
+  bool stop = false;     // the patient's stop is pressed, or its wire is broken
+  bool release = false;  // the key beside it that ends a stop
+  int16_t sensor = 0;    // the spring's own torque sensor, counts
+  uint16_t current = 0;  // of the motor, counts
 };
 
 struct McuOutput {
@@ -57,24 +70,52 @@ struct McuOutput {
   State state;
 };
 
-// Bits of the fault page. All but the last are latched until the MCU is reset and keep it out of the active states.
+// Bits of the fault page. All but kWatchdog keep the MCU out of the active states: kPatientStop until it is released,
+// the others until the MCU is reset.
 enum Fault : uint8_t {
   kJointEncoder = 1,
   kMotorEncoder = 2,
   kSpringTorque = 4,
   kOverrun = 8,
   kWatchdog = 16,  // the last active state ended by silence; cleared by the next start
+  kPatientStop = 32,
+  kSpringSensor = 64,  // the spring's sensor and the encoders disagree: one of them, or the spring, is broken
 };
 
-class OrthosisMcu {
+// The restart page: why the MCU started last, in the bits of the ATmega's MCUSR, and how often it has restarted since
+// its power came on, modulo 16, above them.
+enum Restart : uint8_t {
+  kPowerOn = 1,
+  kExternalReset = 2,
+  kBrownOut = 4,
+  kWatchdogReset = 8,
+};
+
+// Parameters: StoredParams, or a class of the same that knows them when it is compiled; then a product with a gain
+// takes an 8-bit MCU a third of the time.
+struct StoredParams {
+  McuParams value;
+  const McuParams& get() const { return value; }
+};
+
+template <class Parameters>
+class OrthosisCore {
  public:
-  explicit OrthosisMcu(const McuParams& params);
+  // restart: what the page of that name shows.
+  explicit OrthosisCore(const Parameters& parameters, uint8_t restart = kPowerOn)
+      : parameters_(parameters), restart_(restart) {}
 
   // One byte from the serial line.
   void receive(uint8_t byte);
+  // The same for firmware that decodes the line outside of its loop: a valid frame, and how many
+  // were not.
+  void take(const Command& command);
+  void count_line_errors(uint8_t crc, uint8_t framing) { crc_errors_ = crc, framing_errors_ = framing; }
+
   // One loop.
   McuOutput step(const McuInput& input);
   // After step: true when this loop sends a frame (1 kHz).
+  bool telemetry(Telemetry& frame);
   bool telemetry(uint8_t wire[kWireBytes]);
 
   // In units of fixed_point.hpp, for tests.
@@ -93,28 +134,31 @@ class OrthosisMcu {
  private:
   enum class Phase : uint8_t { kSafe, kActive, kRampDown, kFault };
 
-  void take(const Command& command);
+  const McuParams& p() const { return parameters_.get(); }
   bool follows(const Command& previous, const Command& next) const;
   void start(Mode mode);
   void accept(const Command& command);
-  bool read(const EncoderUnit& unit, int32_t counts, int32_t& angle) const;
+  FARHAND_WITH_ITS_GAIN bool read(const EncoderUnit& unit, int32_t counts, int32_t& angle) const;
   void sense(const McuInput& input);
   void estimate();
-  void supervise();
-  void ramp_down();
+  void supervise(const McuInput& input);
+  void watch_stop(const McuInput& input);
+  void ramp_down(uint16_t loops);
   int32_t wanted_torque() const;
   void move_torque_command();
   uint8_t slow_byte(SlowPage page);
 
-  McuParams p_;
+  Parameters parameters_;
   FrameDecoder decoder_;
+  uint8_t crc_errors_ = 0, framing_errors_ = 0;
 
   // Measured and estimated.
   bool started_ = false;
   int32_t x_ = 0, x_motor_ = 0, x_filtered_ = 0, v_ = 0;
   int32_t tau_spring_ = 0, dob_ = 0, rtob_ = 0, tau_dis_ = 0, f_s_ = 0;
   int8_t temperature_c_ = 0;
-  uint16_t overruns_in_a_row_ = 0;
+  uint8_t current_ = 0;
+  uint16_t overruns_in_a_row_ = 0, apart_in_a_row_ = 0;
   uint8_t overruns_ = 0;
 
   // From the PC, behind the rate gate.
@@ -126,6 +170,8 @@ class OrthosisMcu {
   State state_ = State::kSafe;
   uint8_t faults_ = 0;
   uint16_t silent_loops_ = 0;
+  uint16_t release_loops_ = 0;
+  bool release_seen_up_ = false;
   Command previous_;
   bool safe_seen_ = false;
   uint8_t consistent_ = 0;
@@ -135,8 +181,15 @@ class OrthosisMcu {
   int32_t motor_velocity_ = 0;
 
   uint16_t loops_since_telemetry_ = 0;
-  uint8_t telemetry_seq_ = 63, echo_ = 0, low_byte_ = 0;
+  uint8_t telemetry_seq_ = 63, echo_ = 0, low_byte_ = 0, restart_;
 };
+
+// The core with the parameters of a scene.
+class OrthosisMcu : public OrthosisCore<StoredParams> {
+ public:
+  explicit OrthosisMcu(const McuParams& params, uint8_t restart = kPowerOn) : OrthosisCore({params}, restart) {}
+};
+extern template class OrthosisCore<StoredParams>;
 
 }  // namespace mcu
 }  // namespace farhand

@@ -1,0 +1,286 @@
+// What orthosis_mcu.hpp declares, for the two sources that compile it: with parameters of a scene on the PC, with burnt
+// ones in the firmware.
+#pragma once
+
+#include "slave/mcu/orthosis_mcu.hpp"
+
+namespace farhand {
+namespace mcu {
+constexpr uint8_t kFirmware = 2;
+constexpr uint8_t kFramesToStart = 3;
+constexpr uint8_t kLatched = kJointEncoder | kMotorEncoder | kSpringTorque | kOverrun | kPatientStop | kSpringSensor;
+
+// Counts of the frame to units.
+constexpr int32_t kXUnits = (int32_t(1) << kAngleBits) / kXRefCountsPerRad;
+constexpr int32_t kVUnits = (int32_t(1) << kVelocityBits) / kVRefCountsPerRadPerS;
+constexpr int32_t kFUnits = (int32_t(1) << kTorqueBits) / kFRefCountsPerNm;
+
+inline int32_t limited(int32_t value, int32_t limit) { return clamp(value, -limit, limit); }
+// From `now` towards `goal` by at most `step`.
+inline int32_t towards(int32_t now, int32_t goal, int32_t step) { return now + limited(goal - now, step); }
+inline int16_t to_int16(int32_t value) { return static_cast<int16_t>(clamp(value, -32767, 32767)); }
+
+template <class P>
+void OrthosisCore<P>::receive(uint8_t byte) {
+  const bool complete = decoder_.push(byte);
+  count_line_errors(static_cast<uint8_t>(decoder_.crc_errors() & 0xFF),
+                    static_cast<uint8_t>(decoder_.framing_errors() & 0xFF));
+  if (complete) take(unpack_command(decoder_.payload()));
+}
+
+template <class P>
+void OrthosisCore<P>::take(const Command& command) {
+  if (command.mode == Mode::kConfig) return;
+  echo_ = static_cast<uint8_t>((static_cast<uint8_t>(command.mode) << 4) | command.seq);
+  if (phase_ == Phase::kSafe) {
+    silent_loops_ = 0;
+    if (command.mode == Mode::kSafe) {
+      safe_seen_ = true;
+      consistent_ = 0;
+    } else if (safe_seen_) {
+      consistent_ = static_cast<uint8_t>(consistent_ > 0 && follows(previous_, command) ? consistent_ + 1 : 1);
+      previous_ = command;
+      if (consistent_ == kFramesToStart) start(command.mode);
+    }
+  } else if (phase_ == Phase::kActive) {
+    if (command.mode == Mode::kSafe) {
+      ramp_down(p().ramp_loops);
+    } else if (command.mode == mode_) {  // the other active mode is reached through SAFE only
+      accept(command);
+    }
+  }
+}
+
+template <class P>
+bool OrthosisCore<P>::follows(const Command& previous, const Command& next) const {
+  const auto near = [](int16_t a, int16_t b, int32_t units, int32_t step) {
+    return limited((int32_t(b) - a) * units, step) == (int32_t(b) - a) * units;
+  };
+  return next.mode == previous.mode && next.seq == ((previous.seq + 1) & 15) &&
+         near(previous.x_ref, next.x_ref, kXUnits, p().x_step) &&
+         near(previous.v_ref, next.v_ref, kVUnits, p().v_step) && near(previous.f_ref, next.f_ref, kFUnits, p().f_step);
+}
+
+// Nothing jumps: the references start where the joint is, moves and is pushed, so that a_ref = 0; the torque starts
+// from the zero of SAFE and what is allowed of it grows over the ramp time.
+template <class P>
+void OrthosisCore<P>::start(Mode mode) {
+  phase_ = Phase::kActive;
+  mode_ = mode;
+  faults_ = static_cast<uint8_t>(faults_ & kLatched);
+  x_command_ = x_;
+  v_command_ = v_;
+  f_command_ = mode == Mode::kTrack ? -f_s_ : 0;
+  tau_command_ = tau_allowed_ = 0;
+  silent_loops_ = loops_since_frame_ = 0;
+}
+
+// A wrong frame passes the CRC once in 65536. The gate stands at the frame and not at the loop, so that such a frame
+// moves each reference by one step, however long it stays the newest.
+template <class P>
+void OrthosisCore<P>::accept(const Command& command) {
+  silent_loops_ = loops_since_frame_ = 0;
+  x_command_ = clamp(towards(x_command_, command.x_ref * kXUnits, p().x_step), p().x_min, p().x_max);
+  v_command_ = towards(v_command_, command.v_ref * kVUnits, p().v_step);
+  f_command_ = towards(f_command_, command.f_ref * kFUnits, p().f_step);
+}
+
+template <class P>
+inline bool OrthosisCore<P>::read(const EncoderUnit& unit, int32_t counts, int32_t& angle) const {
+  if (counts > unit.most_counts || counts < -unit.most_counts) return false;
+  // Of a real encoder 16 bits tell all, and an 8-bit MCU is four times as fast with them.
+  const bool narrow = unit.most_counts <= 0x7FFF && unit.whole <= 0xFFFF;
+  const int32_t now = narrow ? narrow_product(counts, static_cast<uint16_t>(unit.whole)) +
+                                   ((narrow_product(counts, unit.fraction) + 0x8000) >> 16)
+                             : counts * unit.whole + times(counts, Gain{unit.fraction, 16});
+  if (started_ && limited(now - angle, unit.jump) != now - angle) return false;
+  angle = now;
+  return true;
+}
+
+template <class P>
+void OrthosisCore<P>::sense(const McuInput& input) {
+  if (!read(p().joint, input.joint_counts, x_)) faults_ |= kJointEncoder;
+  if (!read(p().motor, input.motor_counts, x_motor_)) faults_ |= kMotorEncoder;
+  tau_spring_ = times(x_motor_ - x_, p().spring);
+  if (limited(tau_spring_, p().spring_fault) != tau_spring_) faults_ |= kSpringTorque;
+  if (p().sensor_apart > 0) {
+    const int32_t apart = clamp(input.sensor, -kSensorCounts, kSensorCounts) * p().sensor_unit - tau_spring_;
+    apart_in_a_row_ = static_cast<uint16_t>(limited(apart, p().sensor_apart) != apart ? apart_in_a_row_ + 1 : 0);
+    if (apart_in_a_row_ >= p().sensor_loops) faults_ |= kSpringSensor, apart_in_a_row_ = p().sensor_loops;
+  }
+  temperature_c_ = input.temperature_c;
+  current_ = static_cast<uint8_t>(input.current > 1023 ? 255 : input.current >> 2);
+  overruns_in_a_row_ = static_cast<uint16_t>(input.overrun ? overruns_in_a_row_ + 1 : 0);
+  overruns_ = static_cast<uint8_t>(overruns_ + (input.overrun ? 1 : 0));
+  if (overruns_in_a_row_ >= p().overrun_limit) faults_ |= kOverrun;
+  if (!started_) {  // at rest, with what acts now as if it had acted for ever
+    started_ = true;
+    x_filtered_ = x_;
+    dob_ = rtob_ = tau_spring_;
+  }
+}
+
+template <class P>
+void OrthosisCore<P>::estimate() {
+  // v = (a / dt)(x - LPF[x]) is the telescoped band-limited derivative; both gains see the same difference.
+  const int32_t ahead = x_ - x_filtered_;
+  v_ = times(ahead, p().per_second);
+  x_filtered_ += times(ahead, p().velocity_filter);
+  const int32_t inertia = times(v_, p().inertia);
+  dob_ += times(tau_spring_ + inertia - dob_, p().observer_filter);
+  const int32_t tau_known = limited(tau_spring_ - times(v_, p().viscous), kLargest);
+  rtob_ += times(tau_known + inertia - rtob_, p().observer_filter);
+  tau_dis_ = limited(dob_ - inertia, kLargest);
+  f_s_ = limited(rtob_ - inertia, kLargest);
+}
+
+template <class P>
+void OrthosisCore<P>::ramp_down(uint16_t loops) {
+  phase_ = Phase::kRampDown;
+  ramp_left_ = loops;
+  ramp_step_ = tau_command_ / static_cast<int32_t>(loops);
+}
+
+template <class P>
+void OrthosisCore<P>::watch_stop(const McuInput& input) {
+  if (input.stop) {
+    faults_ |= kPatientStop;
+    const bool slower = phase_ == Phase::kActive || (phase_ == Phase::kRampDown && ramp_left_ > p().stop_loops);
+    if (slower) ramp_down(p().stop_loops);
+  }
+  if ((faults_ & kPatientStop) == 0) return;
+  // A release key that is stuck, or leaned on, while the stop is pressed releases nothing.
+  if (input.stop || !input.release) release_seen_up_ = !input.release;
+  release_loops_ = static_cast<uint16_t>(release_seen_up_ && input.release && !input.stop ? release_loops_ + 1 : 0);
+  if (release_loops_ < p().release_loops || phase_ == Phase::kRampDown) return;
+  release_loops_ = 0;
+  release_seen_up_ = false;
+  faults_ = static_cast<uint8_t>(faults_ & ~kPatientStop);
+  if ((faults_ & kLatched) == 0) phase_ = Phase::kSafe;
+  safe_seen_ = false;
+  consistent_ = 0;
+}
+
+template <class P>
+void OrthosisCore<P>::supervise(const McuInput& input) {
+  watch_stop(input);
+  if (silent_loops_ <= p().watchdog_loops) ++silent_loops_;
+  const bool silent = silent_loops_ > p().watchdog_loops;
+  if (phase_ == Phase::kSafe && silent) safe_seen_ = false, consistent_ = 0;
+  if (phase_ == Phase::kActive && silent) {
+    faults_ |= kWatchdog;
+    ramp_down(p().ramp_loops);
+  }
+  if ((faults_ & kLatched) != 0 && phase_ == Phase::kActive) ramp_down(p().ramp_loops);
+  if ((faults_ & kLatched) != 0 && phase_ == Phase::kSafe) phase_ = Phase::kFault;
+}
+
+template <class P>
+int32_t OrthosisCore<P>::wanted_torque() const {
+  if (mode_ == Mode::kTorque) return f_command_;
+  return times(x_command_ - x_, p().K_p) + times(v_command_ - v_, p().K_d) - times(f_command_ + f_s_, p().K_f) +
+         tau_dis_;
+}
+
+template <class P>
+void OrthosisCore<P>::move_torque_command() {
+  if (phase_ == Phase::kActive) {
+    // Between two frames the reference moves on by its own velocity; once a frame is overdue it waits.
+    if (loops_since_frame_ > 0 && loops_since_frame_ < p().loops_per_frame) {
+      x_command_ = clamp(x_command_ + times(v_command_, p().per_loop), p().x_min, p().x_max);
+    }
+    if (loops_since_frame_ < p().loops_per_frame) ++loops_since_frame_;
+    tau_allowed_ =
+        limited(tau_allowed_ + p().torque_limit / static_cast<int32_t>(p().ramp_loops) + 1, p().torque_limit);
+    tau_command_ = towards(tau_command_, limited(wanted_torque(), tau_allowed_), p().torque_step);
+  } else if (phase_ == Phase::kRampDown) {
+    tau_command_ -= ramp_step_;
+    if (--ramp_left_ == 0) {
+      phase_ = (faults_ & kLatched) != 0 ? Phase::kFault : Phase::kSafe;
+      tau_command_ = 0;
+      safe_seen_ = false;
+      consistent_ = 0;
+    }
+  }
+}
+
+template <class P>
+McuOutput OrthosisCore<P>::step(const McuInput& input) {
+  sense(input);
+  estimate();
+  supervise(input);
+  move_torque_command();
+  motor_velocity_ = limited(v_ + times(tau_command_ - tau_spring_, p().spring_gain), p().motor_speed_limit);
+  // Without an angle there is no spring torque to control: the motor stands, and the patient has the spring to move in.
+  if ((faults_ & (kJointEncoder | kMotorEncoder)) != 0) motor_velocity_ = 0;
+  State state = State::kSafe;
+  if (phase_ == Phase::kActive || phase_ == Phase::kRampDown) {
+    state = mode_ == Mode::kTorque ? State::kTorque : State::kTrack;
+  }
+  if ((faults_ & kLatched) != 0) state = State::kFault;
+  state_ = state;
+  return {motor_velocity_, state};
+}
+
+template <class P>
+bool OrthosisCore<P>::telemetry(uint8_t wire[kWireBytes]) {
+  Telemetry frame;
+  if (!telemetry(frame)) return false;
+  encode(frame, wire);
+  return true;
+}
+
+template <class P>
+bool OrthosisCore<P>::telemetry(Telemetry& frame) {
+  if (++loops_since_telemetry_ < p().loops_per_frame) return false;
+  loops_since_telemetry_ = 0;
+  telemetry_seq_ = static_cast<uint8_t>((telemetry_seq_ + 1) & 63);
+  frame.state = state_;
+  frame.seq = telemetry_seq_;
+  frame.angle = to_int16(times(x_, p().angle_telemetry));
+  frame.torque = to_int16(times(f_s_, p().torque_telemetry));
+  frame.slow = slow_byte(slow_page(telemetry_seq_));
+  return true;
+}
+
+template <class P>
+uint8_t OrthosisCore<P>::slow_byte(SlowPage page) {
+  const auto high_of = [this](int16_t value) {
+    low_byte_ = static_cast<uint8_t>(value & 0xFF);
+    return static_cast<uint8_t>((value >> 8) & 0xFF);
+  };
+  switch (page) {
+    case SlowPage::kSpringTorqueHigh:
+      return high_of(to_int16(times(tau_spring_, p().torque_telemetry)));
+    case SlowPage::kMotorAngleHigh:
+      return high_of(to_int16(times(x_motor_, p().angle_telemetry)));
+    case SlowPage::kSpringTorqueLow:
+    case SlowPage::kMotorAngleLow:
+      return low_byte_;
+    case SlowPage::kMotorSpeedCommand:
+      return static_cast<uint8_t>(clamp((motor_velocity_ + 0x8000) >> 16, -127, 127) & 0xFF);
+    case SlowPage::kTemperatureC:
+      return static_cast<uint8_t>(temperature_c_);
+    case SlowPage::kFaults:
+      return faults_;
+    case SlowPage::kCrcErrors:
+      return crc_errors_;
+    case SlowPage::kFramingErrors:
+      return framing_errors_;
+    case SlowPage::kOverruns:
+      return overruns_;
+    case SlowPage::kFirmware:
+      return kFirmware;
+    case SlowPage::kRestart:
+      return restart_;
+    case SlowPage::kCurrent:
+      return current_;
+    case SlowPage::kCommandEcho:
+      break;
+  }
+  return echo_;
+}
+
+}  // namespace mcu
+}  // namespace farhand

@@ -1,0 +1,289 @@
+// The patient's stop, as an input of the MCU core: what it does from every state, and that nothing but the patient's
+// own key ends it.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "common/device/mcu_si.hpp"
+#include "slave/mcu/emulator.hpp"
+
+namespace farhand::mcu {
+namespace {
+
+constexpr int kReleaseLoops = 200;  // 0.1 s
+constexpr int kStopLoops = 4;       // 2 ms
+
+class Bench {
+ public:
+  explicit Bench(const McuSettings& settings = {}) : core(make_mcu_params(settings)) {}
+
+  void send(Mode mode, double x_ref = 0, double v_ref = 0, double f_ref = 0) {
+    std::uint8_t wire[kWireBytes];
+    encode(make_command(mode, seq++, x_ref, v_ref, f_ref), wire);
+    for (const std::uint8_t byte : wire) core.receive(byte);
+  }
+  McuOutput loop(std::int32_t motor_counts = 0) {
+    McuInput input{0, motor_counts, 25, false};
+    input.stop = stop;
+    input.release = release;
+    return output = core.step(input);
+  }
+  void loops(int count) {
+    for (int i = 0; i < count; ++i) loop();
+  }
+  // Whole frame times, each with a frame of this mode.
+  void frames(int count, Mode mode, double f_ref = 0) {
+    for (int i = 0; i < count; ++i) send(mode, 0, 0, f_ref), loops(2);
+  }
+  void press_at_torque(double torque_nm) {
+    frames(2, Mode::kSafe);
+    frames(100, Mode::kTorque, torque_nm);
+    ASSERT_EQ(to_nm(core.torque_command()), torque_nm);
+  }
+  // The stop is up, the key pressed anew and held.
+  void let_go() {
+    stop = false, release = false;
+    loops(1);
+    release = true;
+    loops(kReleaseLoops);
+    release = false;
+  }
+
+  OrthosisMcu core;
+  McuOutput output{};
+  bool stop = false, release = false;
+  std::uint8_t seq = 0;
+};
+
+TEST(PatientStop, RampsAnyTorqueToZeroInTwoMillisecondsAndStaysWhateverIsSent) {
+  for (const double torque : {3.0, -3.0, 0.25}) {
+    Bench bench;
+    bench.press_at_torque(torque);
+    bench.stop = true;
+    for (int k = 1; k <= kStopLoops; ++k) {
+      bench.send(Mode::kTorque, 0, 0, torque);
+      bench.loop();
+      ASSERT_NEAR(to_nm(bench.core.torque_command()), torque * (1 - k / double{kStopLoops}), 1e-6) << k;
+      ASSERT_EQ(bench.output.state, State::kFault);
+    }
+    ASSERT_EQ(bench.core.torque_command(), 0);
+    bench.stop = false;  // letting the button up ends nothing
+    bench.frames(300, Mode::kSafe);
+    bench.frames(300, Mode::kTorque, torque);
+    EXPECT_EQ(bench.core.torque_command(), 0);
+    EXPECT_EQ(bench.output.state, State::kFault);
+    EXPECT_EQ(bench.core.faults(), kPatientStop);
+  }
+}
+
+TEST(PatientStop, LetsTheSpringGoSlackWhileItStands) {
+  Bench bench;
+  bench.stop = true;
+  bench.loops(10);
+  EXPECT_NEAR(to_rad_s(bench.loop(100).motor_velocity), -10 * 10 * 100 * 2 * M_PI / 20000, 0.01);  // gain * k * stretch
+}
+
+TEST(PatientStop, ShortensARampThatIsAlreadyUnderWay) {
+  Bench bench;
+  bench.press_at_torque(3);
+  bench.send(Mode::kSafe);  // 50 ms
+  bench.loops(10);
+  EXPECT_NEAR(to_nm(bench.core.torque_command()), 2.7, 1e-3);
+  bench.stop = true;
+  bench.loops(kStopLoops);
+  EXPECT_EQ(bench.core.torque_command(), 0);
+}
+
+TEST(PatientStop, EndsByThePatientsKeyAndThenTheHostStartsFromSafe) {
+  Bench bench;
+  bench.press_at_torque(1);
+  bench.stop = true;
+  bench.frames(50, Mode::kTorque, 1);
+  bench.let_go();
+  EXPECT_EQ(bench.core.faults(), 0);
+  EXPECT_EQ(bench.output.state, State::kSafe);
+  bench.frames(100, Mode::kTorque, 1);  // a host that goes on as if nothing had been
+  EXPECT_EQ(bench.output.state, State::kSafe);
+  EXPECT_EQ(bench.core.torque_command(), 0);
+  bench.frames(1, Mode::kSafe);
+  bench.frames(3, Mode::kTorque);
+  EXPECT_EQ(bench.output.state, State::kTorque);
+}
+
+TEST(PatientStop, AKeyThatIsStuckOrHeldTooShortlyReleasesNothing) {
+  Bench bench;
+  bench.press_at_torque(1);
+  bench.release = true;  // stuck since before
+  bench.stop = true;
+  bench.loops(10);
+  bench.stop = false;
+  bench.loops(10 * kReleaseLoops);
+  EXPECT_EQ(bench.core.faults(), kPatientStop);
+  for (int i = 0; i < 20; ++i) {  // a contact that bounces
+    bench.release = false, bench.loops(1);
+    bench.release = true, bench.loops(kReleaseLoops - 1);
+  }
+  EXPECT_EQ(bench.core.faults(), kPatientStop);
+  bench.stop = true, bench.release = false, bench.loops(2);  // pressed while the key is held
+  bench.release = true, bench.loops(5 * kReleaseLoops);
+  EXPECT_EQ(bench.core.faults(), kPatientStop);
+  bench.let_go();
+  EXPECT_EQ(bench.core.faults(), 0);
+}
+
+TEST(PatientStop, DoesNotReleaseOtherFaults) {
+  Bench bench;
+  bench.loop();
+  bench.loop(1000);  // 0.3 rad in a loop
+  EXPECT_EQ(bench.core.faults(), kMotorEncoder);
+  bench.stop = true, bench.loops(10);
+  bench.let_go();
+  EXPECT_EQ(bench.core.faults(), kMotorEncoder);
+  EXPECT_EQ(bench.output.state, State::kFault);
+  EXPECT_EQ(bench.output.motor_velocity, 0);
+}
+
+// Random presses, keys, frames, silences and garbage. Whatever comes: a pressed stop is latched, 2 ms later there is no
+// torque until the patient's key was pressed anew and held, and after it only a SAFE frame leads out of SAFE.
+TEST(PatientStop, NoSequenceOfEventsGetsAroundIt) {
+  std::mt19937 random(21);
+  Bench bench;
+  long stops = 0, releases = 0, active_loops = 0;
+  int pressed_for = 0, held_for = 0;
+  bool latched = false, key_was_up = false, safe_seen = false;
+  Mode mode = Mode::kSafe;
+  int until_next_mode = 0;
+  for (int k = 0; k < 1'000'000; ++k) {
+    if (bench.stop ? random() % 50 == 0 : random() % 2000 == 0) bench.stop = !bench.stop;
+    if (random() % (bench.release ? 300 : 100) == 0) bench.release = !bench.release;
+    if (until_next_mode-- == 0) {
+      mode = static_cast<Mode>(random() % 4);
+      until_next_mode = static_cast<int>(random() % 60);
+    }
+    if (k % 2 == 0 && mode != Mode::kConfig) {  // CONFIG stands for silence
+      bench.send(mode, 0, 0, 2);
+      if (mode == Mode::kSafe) safe_seen = true;
+    } else if (random() % 100 == 0) {
+      bench.core.receive(static_cast<std::uint8_t>(random()));
+    }
+    bench.loop();
+
+    if (bench.stop) {
+      if (!latched) ++stops;
+      latched = true, pressed_for = held_for = 0, key_was_up = !bench.release;
+    } else if (latched) {
+      if (!bench.release) key_was_up = true, held_for = 0;
+      held_for = key_was_up && bench.release ? held_for + 1 : 0;
+      if (held_for == kReleaseLoops) latched = false, ++releases, safe_seen = false;
+    }
+    pressed_for = latched ? pressed_for + 1 : 0;
+    ASSERT_EQ((bench.core.faults() & kPatientStop) != 0, latched) << k;
+    if (latched) {
+      ASSERT_EQ(bench.output.state, State::kFault) << k;
+      if (pressed_for > kStopLoops) {
+        ASSERT_EQ(bench.core.torque_command(), 0) << k;
+      }
+    }
+    if (bench.output.state == State::kTorque || bench.output.state == State::kTrack) {
+      ASSERT_TRUE(safe_seen) << k;
+      ++active_loops;
+    }
+  }
+  std::printf("%ld stops, %ld releases, %ld active loops\n", stops, releases, active_loops);
+  EXPECT_GT(stops, 100);
+  EXPECT_GT(releases, 100);
+  EXPECT_GT(active_loops, 10'000);
+}
+
+// In the loop with the orthosis: pressed while the hand is pressed on, at any time within a loop.
+TEST(PatientStop, TakesTheTorqueOffTheHand) {
+  OrthosisEmulator::Params params;
+  params.world.environment.hand = Hand::Params{5, 0.02, 0, 0, 1e9};
+  params.mcu.spring_sensor_nm = 8;
+  OrthosisEmulator orthosis(params);
+  std::uint8_t seq = 0, wire[kWireBytes];
+  const auto frames = [&](int count, Mode mode) {
+    for (int i = 0; i < count; ++i) {
+      encode(make_command(mode, seq++, 0, 0, mode == Mode::kTorque ? 1.5 : 0), wire);
+      for (const std::uint8_t byte : wire) orthosis.receive(byte);
+      orthosis.tick(wire), orthosis.tick(wire);
+    }
+  };
+  frames(2, Mode::kSafe);
+  frames(2000, Mode::kTorque);
+  EXPECT_NEAR(orthosis.world().true_f(), 1.5, 0.02);
+  orthosis.press_stop(true);
+  frames(2, Mode::kTorque);
+  EXPECT_EQ(orthosis.core().torque_command(), 0);
+  frames(1000, Mode::kTorque);
+  EXPECT_NEAR(orthosis.world().true_f(), 0, 0.02);
+  EXPECT_EQ(orthosis.output().state, State::kFault);
+  EXPECT_EQ(orthosis.core().faults(), kPatientStop);
+}
+
+TEST(SpringSensor, ThatDisagreesWithTheEncodersIsAFaultAfterTwentyMilliseconds) {
+  for (const int sign : {1, -1}) {
+    McuSettings settings;
+    settings.spring_sensor_nm = 8;
+    OrthosisMcu core(make_mcu_params(settings));
+    McuInput input{};
+    input.sensor = static_cast<std::int16_t>(sign * 32);  // 0.5 N m: still agrees
+    for (int k = 0; k < 1000; ++k) core.step(input);
+    EXPECT_EQ(core.faults(), 0);
+    input.sensor = static_cast<std::int16_t>(sign * 33);
+    for (int k = 0; k < 39; ++k) core.step(input);
+    EXPECT_EQ(core.faults(), 0);
+    input.sensor = 0;  // once again in agreement: counted anew
+    core.step(input);
+    input.sensor = static_cast<std::int16_t>(sign * 512);
+    for (int k = 0; k < 39; ++k) core.step(input);
+    EXPECT_EQ(core.faults(), 0);
+    EXPECT_EQ(core.step(input).state, State::kFault);
+    EXPECT_EQ(core.faults(), kSpringSensor);
+  }
+}
+
+// The joint and the motor are apart by what a whole spring would show; the sensor says that there is no spring.
+TEST(SpringSensor, FindsABrokenSpringUnderLoadAndTheMotorGivesWay) {
+  McuSettings settings;
+  settings.spring_sensor_nm = 8;
+  OrthosisMcu core(make_mcu_params(settings));
+  McuInput input{};
+  for (int counts = 0; counts <= 318; ++counts) {  // 0.1 rad: 1 N m
+    input.motor_counts = counts;
+    input.sensor = static_cast<std::int16_t>(counts * 64 / 318);
+    core.step(input);
+  }
+  EXPECT_EQ(core.faults(), 0);
+  input.sensor = 0;
+  McuOutput output{};
+  for (int k = 0; k < 40; ++k) output = core.step(input);
+  EXPECT_EQ(core.faults(), kSpringSensor);
+  EXPECT_LT(output.motor_velocity, 0);
+}
+
+TEST(McuRestart, IsTold) {
+  OrthosisEmulator orthosis({});
+  FrameDecoder decoder;
+  SlowValues slow;
+  const auto hear = [&] {
+    std::uint8_t wire[kWireBytes];
+    for (int k = 0; k < 40; ++k) {
+      if (!orthosis.tick(wire)) continue;
+      for (const std::uint8_t byte : wire) {
+        if (decoder.push(byte)) slow.take(unpack_telemetry(decoder.payload()));
+      }
+    }
+  };
+  hear();
+  EXPECT_EQ(slow.restart(), kPowerOn);
+  orthosis.reset_mcu(kWatchdogReset);
+  hear();
+  EXPECT_EQ(slow.restart(), kWatchdogReset | (1 << 4));
+  orthosis.reset_mcu(kBrownOut);
+  hear();
+  EXPECT_EQ(slow.restart(), kBrownOut | (2 << 4));
+}
+
+}  // namespace
+}  // namespace farhand::mcu
