@@ -1,7 +1,9 @@
 // farhand-slave: the patient's box. Dials the therapist's station and drives the hand orthosis through its MCU. A lost
 // peer never ends it: it holds and awaits its peer until its duration is over.
 #include <CLI/CLI.hpp>
+#include <string_view>
 
+#include "common/runtime/link_options.hpp"
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 
@@ -10,6 +12,7 @@ namespace {
 
 struct Options {
   SceneChoice scene;
+  LinkOptions link;
   std::string peer, serial, record;
   bool quiet = false;
 };
@@ -30,18 +33,20 @@ std::unique_ptr<Side> make_side(const LoadedScene& loaded, const std::string& se
 int run(const Options& options) {
   const LoadedScene loaded = options.scene.load();
   const std::unique_ptr<Side> side = make_side(loaded, options.serial);
-  UdpSocket socket = UdpSocket::dial(parse_endpoint(options.peer, EndpointUse::kPeer));
+  const std::unique_ptr<PeerLink> link = open_link(options.link, options.peer, StationRole::kPatient, loaded.scene);
   const StopSignals stop;
   OperatorInput operator_input;
-  return run_station({loaded, *side, Role::kFollower, socket, operator_input, stop, options.record, options.quiet});
+  return run_station({loaded, *side, Role::kFollower, *link, operator_input, stop, options.record, options.quiet});
 }
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "pair") return run_pair("farhand-slave", argc - 1, argv + 1);
   Options options;
   CLI::App app("The patient's box.", "farhand-slave");
   add_scene_option(app, options.scene);
   add_set_options(app, options.scene);
   app.add_option("--peer", options.peer, "ADDR:PORT of the therapist's station")->required();
+  add_link_options(app, options.link);
   app.add_option("--serial", options.serial, "serial port of the orthosis MCU (scenes with a SERIES_ELASTIC slave)");
   app.add_option("--record", options.record, "recording of this side (MCAP)");
   app.add_flag("--quiet", options.quiet, "no live status");

@@ -28,6 +28,15 @@ Greeting patient() {
   return greeting;
 }
 
+// What one seals the other opens.
+bool share_keys(MediaSession& a, MediaSession& b) {
+  const std::array<std::byte, 5> packet{};
+  const auto sealed = a.seal(packet);
+  std::vector<std::byte> datagram(sealed.begin(), sealed.end());
+  std::span<std::byte> opened;
+  return b.open(datagram, opened) == MediaSession::Opening::kOpened;
+}
+
 struct Pair {
   HandshakeNetwork network;
   Party &dialer, &listener;
@@ -38,29 +47,36 @@ struct Pair {
         dialer(network.add(Handshaker::dialer(dialer_key, dialer_greeting, kListenerAt), kDialerAt)),
         listener(network.add(Handshaker::listener(kKey, therapist()), kListenerAt)) {}
 
+  // The dialer may agree while its last word is lost for good. It then hears nothing and gives its session back, as the
+  // channel does.
   bool both_agree(Nanoseconds at_most) {
-    return network.run_until([&] { return !dialer.sessions.empty() && !listener.sessions.empty(); }, at_most);
+    Nanoseconds silent_since = network.now();
+    std::size_t sessions = dialer.sessions.size();
+    return network.run_until(
+        [&] {
+          if (dialer.sessions.size() != sessions) silent_since = network.now();
+          sessions = dialer.sessions.size();
+          if (dialer.sessions.empty()) return false;
+          if (!listener.sessions.empty() && share_keys(*dialer.sessions.back(), *listener.sessions.back())) return true;
+          if (network.now() - silent_since == 5 * kSecond) {
+            dialer.handshaker->give_back(std::move(dialer.sessions.back()), network.now());
+            dialer.sessions.pop_back();
+          }
+          return false;
+        },
+        at_most);
   }
 };
 
-// What one seals the other opens.
-bool share_keys(MediaSession& a, MediaSession& b) {
-  const std::array<std::byte, 5> packet{};
-  const auto sealed = a.seal(packet);
-  std::vector<std::byte> datagram(sealed.begin(), sealed.end());
-  std::span<std::byte> opened;
-  return b.open(datagram, opened) == MediaSession::Opening::kOpened;
-}
-
-TEST(Handshake, EndsInSharedKeysAfterFourRoundTrips) {
+TEST(Handshake, EndsInSharedKeysAfterThreeAndAHalfRoundTrips) {
   Pair pair({.delay_s = 0.05});
   const Nanoseconds begin = pair.network.now();
   ASSERT_TRUE(pair.both_agree(kSecond));
   const double took_ms = 1e-6 * static_cast<double>(pair.network.now() - begin);
   std::printf("agreed after %.0f ms over 50 ms each way, %d and %d datagrams\n", took_ms, pair.dialer.sent,
               pair.listener.sent);
-  EXPECT_GE(took_ms, 400);  // hello, hello with cookie, keys, greeting: four times there and back
-  EXPECT_LT(took_ms, 420);
+  EXPECT_GE(took_ms, 350);  // hello, hello with cookie, keys: three times there and back; and the dialer's greeting
+  EXPECT_LT(took_ms, 370);
   EXPECT_TRUE(share_keys(*pair.dialer.sessions[0], *pair.listener.sessions[0]));
   EXPECT_TRUE(share_keys(*pair.listener.sessions[0], *pair.dialer.sessions[0]));
   EXPECT_EQ(pair.dialer.sessions[0]->peer(), kListenerAt);
@@ -76,8 +92,6 @@ TEST(Handshake, SucceedsThroughLossAndDelay) {
       const Nanoseconds begin = pair.network.now();
       ASSERT_TRUE(pair.both_agree(120 * kSecond)) << "loss " << loss << " seed " << seed;
       took_s.push_back(to_seconds(pair.network.now() - begin));
-      // Over a network that reorders, attempts may overlap: the last ones of both sides belong together.
-      ASSERT_TRUE(share_keys(*pair.dialer.sessions.back(), *pair.listener.sessions.back()));
     }
     std::sort(took_s.begin(), took_s.end());
     std::printf("%.0f %% loss, %.0f +-%.0f ms each way: median %.2f s, slowest of %d %.2f s\n", 100 * loss, 1e3 * delay,
@@ -130,6 +144,7 @@ TEST(Handshake, APeerThatDoesNotFitIsRefusedOnBothSidesByASentence) {
 TEST(Handshake, TheDialerCallsAgainOnceItsSessionIsGivenBack) {
   Pair pair({.delay_s = 0.02});
   ASSERT_TRUE(pair.both_agree(kSecond));
+  pair.network.run(kSecond);
   const int sent = pair.dialer.sent;
   pair.network.run(20 * kSecond);
   EXPECT_EQ(pair.dialer.sent, sent) << "nothing to say while a session is in use";
@@ -145,10 +160,10 @@ TEST(Handshake, ARestartedBoxAndOneBehindANewAddressGetASession) {
   Pair pair({.delay_s = 0.02});
   ASSERT_TRUE(pair.both_agree(kSecond));
   Party& rebound = pair.network.add(Handshaker::dialer(kKey, patient(), kListenerAt), endpoint(1001));
-  ASSERT_TRUE(pair.network.run_until([&] { return !rebound.sessions.empty(); }, kSecond));
+  ASSERT_TRUE(pair.network.run_until([&] { return pair.listener.sessions.size() == 2; }, kSecond));
   EXPECT_TRUE(share_keys(*rebound.sessions[0], *pair.listener.sessions[1]));
   pair.dialer.handshaker = Handshaker::dialer(kKey, patient(), kListenerAt);  // the same address, from the start
-  ASSERT_TRUE(pair.network.run_until([&] { return pair.dialer.sessions.size() == 2; }, kSecond));
+  ASSERT_TRUE(pair.network.run_until([&] { return pair.listener.sessions.size() == 3; }, kSecond));
   EXPECT_TRUE(share_keys(*pair.dialer.sessions[1], *pair.listener.sessions[2]));
 }
 
@@ -217,7 +232,7 @@ TEST(Handshake, NoiseAndRepetitionInjectedOnThePathLeadToNoSession) {
   EXPECT_EQ(pair.listener.count(Kind::kAgreed) + pair.listener.count(Kind::kRefused), 1);
 }
 
-TEST(Handshake, WhoeverMutatesItOnThePathCanStopItButNotShareItsKeys) {
+TEST(Handshake, DamageOnThePathDelaysItAndNoMore) {
   int agreed = 0;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Pair pair({.delay_s = 0.01}, seed);
@@ -227,9 +242,7 @@ TEST(Handshake, WhoeverMutatesItOnThePathCanStopItButNotShareItsKeys) {
       return true;
     };
     pair.network.run(20 * kSecond);
-    if (pair.dialer.sessions.empty() || pair.listener.sessions.empty()) continue;
-    ++agreed;
-    ASSERT_TRUE(share_keys(*pair.dialer.sessions.back(), *pair.listener.sessions.back())) << seed;
+    if (pair.both_agree(kMillisecond)) ++agreed;
   }
   std::printf("%d of 50 agreed with every third datagram damaged\n", agreed);
   EXPECT_GT(agreed, 0);

@@ -18,10 +18,10 @@ std::string shown(const std::string& text) {
   return out.empty() ? "nothing" : out;
 }
 
-std::string role_name(std::uint32_t role) {
-  if (role == static_cast<std::uint32_t>(StationRole::kTherapist)) return "the therapist's station";
-  if (role == static_cast<std::uint32_t>(StationRole::kPatient)) return "the patient's box";
-  return "of the unknown role " + std::to_string(role);
+std::string name_of(StationRole role) {
+  if (role == StationRole::kTherapist) return "the therapist's station";
+  if (role == StationRole::kPatient) return "the patient's box";
+  return "of an unknown role";
 }
 
 }  // namespace
@@ -34,36 +34,45 @@ std::string encode_greeting(const Greeting& greeting) {
   message.set_units(greeting.units);
   message.set_configuration(greeting.configuration);
   message.set_program(greeting.program);
+  message.set_heard(greeting.heard);
   std::string bytes = message.SerializeAsString();
   if (bytes.size() > kLargest) throw std::length_error("a greeting does not fit into one datagram");
   return bytes;
 }
 
-std::optional<std::string> disagreement(const Greeting& own, std::span<const std::byte> peer) {
-  wire::Greeting theirs;
-  if (peer.size() > kLargest || !theirs.ParseFromArray(peer.data(), static_cast<int>(peer.size()))) {
-    return "the peer's greeting cannot be read";
-  }
-  const std::string peer_program = "farhand " + shown(theirs.program());
-  if (theirs.version() != own.version) {
-    return "version: the peer (" + peer_program + ") speaks version " + std::to_string(theirs.version()) +
+std::optional<Greeting> decode_greeting(std::span<const std::byte> bytes) {
+  wire::Greeting message;
+  if (bytes.size() > kLargest || !message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
+  Greeting greeting;
+  greeting.version = message.version();
+  greeting.role = message.role() <= 255 ? static_cast<StationRole>(message.role()) : StationRole{};
+  greeting.joints = message.joints();
+  greeting.units = message.units();
+  greeting.configuration = message.configuration();
+  greeting.program = message.program();
+  greeting.heard = message.heard();
+  return greeting;
+}
+
+std::optional<std::string> disagreement(const Greeting& own, const Greeting& peer) {
+  if (peer.version != own.version) {
+    return "version: the peer (farhand " + shown(peer.program) + ") speaks version " + std::to_string(peer.version) +
            " of the protocol, this program (farhand " + own.program + ") version " + std::to_string(own.version) +
            "; update the older one";
   }
   const auto wanted = own.role == StationRole::kTherapist ? StationRole::kPatient : StationRole::kTherapist;
-  if (theirs.role() != static_cast<std::uint32_t>(wanted)) {
-    return "role: the peer is " + role_name(theirs.role()) + ", but this side needs " +
-           role_name(static_cast<std::uint32_t>(wanted));
+  if (peer.role != wanted) {
+    return "role: the peer is " + name_of(peer.role) + ", but this side needs " + name_of(wanted);
   }
-  if (theirs.joints() != own.joints) {
-    return "degrees of freedom: the peer has " + std::to_string(theirs.joints()) + ", this side " +
+  if (peer.joints != own.joints) {
+    return "degrees of freedom: the peer has " + std::to_string(peer.joints) + ", this side " +
            std::to_string(own.joints);
   }
-  if (theirs.units() != own.units) {
-    return "units: the peer counts in " + shown(theirs.units()) + ", this side in " + own.units;
+  if (peer.units != own.units) {
+    return "units: the peer counts in " + shown(peer.units) + ", this side in " + own.units;
   }
-  if (theirs.configuration() != own.configuration) {
-    return "configuration: the peer's is " + shown(theirs.configuration().substr(0, 8)) + ", this side's " +
+  if (peer.configuration != own.configuration) {
+    return "configuration: the peer's is " + shown(peer.configuration.substr(0, 8)) + ", this side's " +
            own.configuration.substr(0, 8) + "; start both with the same scene and the same --set";
   }
   return std::nullopt;

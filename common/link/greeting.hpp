@@ -22,12 +22,15 @@ struct Greeting {
   std::string units = "rad, rad/s, N m, ns";
   std::string configuration;  // fingerprint of what both sides must have alike
   std::string program;        // version, shown only
+  bool heard = false;         // the greeting of the other side has come
 };
 
 // Must fit into one datagram with its record: at most 400 bytes. Throws std::length_error.
 std::string encode_greeting(const Greeting& greeting);
 
+std::optional<Greeting> decode_greeting(std::span<const std::byte> bytes);
+
 // Nothing when they fit together.
-std::optional<std::string> disagreement(const Greeting& own, std::span<const std::byte> peer);
+std::optional<std::string> disagreement(const Greeting& own, const Greeting& peer);
 
 }  // namespace farhand

@@ -6,7 +6,7 @@
 namespace farhand {
 namespace {
 
-constexpr Nanoseconds kFirstRepeat = kSecond / 5, kLastRepeat = kSecond;
+constexpr Nanoseconds kFirstRepeat = kSecond / 5, kLastRepeat = kSecond / 2;
 constexpr auto kApplicationData = std::byte{23};  // content type of a DTLS record
 
 }  // namespace
@@ -40,21 +40,25 @@ void Association::handshake(std::span<const std::byte> datagram, Nanoseconds now
     repeat_at_ = now + repeat_after_;
   }
   if (state == Dtls::State::kFailed) end(State::kFailed, "the handshake failed: " + dtls_->why());
-  if (state != Dtls::State::kConnected || end_ != LinkEnd::kDialer) return;
+  if (state != Dtls::State::kConnected) return;
   repeat_after_ = kFirstRepeat;
   repeat_at_ = now + repeat_after_;
   greet();
 }
 
 void Association::greet() {
+  own_.heard = heard_;
   const std::string text = encode_greeting(own_);
   dtls_->send(std::as_bytes(std::span(text)));
   emit_written();
 }
 
-// The listener answers every greeting, so that the dialer, which repeats its own until it has heard, always knows.
 void Association::exchange_greetings() {
-  while (const std::optional<Bytes> greeting = dtls_->receive()) {
+  while (const std::optional<Bytes> message = dtls_->receive()) {
+    const std::optional<Greeting> greeting = decode_greeting(*message);
+    if (!greeting) continue;  // authentic noise: a peer that says nothing else is given up in time
+    heard_ = true;
+    was_heard_ = was_heard_ || greeting->heard;
     if (end_ == LinkEnd::kListener) greet();
     if (state_ != State::kRunning) continue;
     const std::optional<std::string> difference = disagreement(own_, *greeting);
@@ -70,13 +74,17 @@ void Association::emit_written() {
   for (Bytes& datagram : dtls_->take_written()) outgoing_.push_back(std::move(datagram));
 }
 
+bool Association::settled(Nanoseconds now) const noexcept {
+  if (state_ == State::kRunning) return false;
+  return state_ == State::kFailed || now - begun_ >= 2 * kAttempt || (end_ == LinkEnd::kDialer && was_heard_);
+}
+
 void Association::advance(Nanoseconds now) {
-  if (state_ != State::kRunning) return;
-  if (now - begun_ >= kAttempt) {
+  if (state_ == State::kRunning && now - begun_ >= kAttempt) {
     const bool connected = dtls_->state() == Dtls::State::kConnected;
     return end(State::kFailed, connected ? "the peer did not say what it is" : "the handshake did not end in time");
   }
-  if (now < repeat_at_) return;
+  if (settled(now) || now < repeat_at_) return;
   repeat_after_ = std::min(2 * repeat_after_, kLastRepeat);
   repeat_at_ = now + repeat_after_;
   if (dtls_->state() == Dtls::State::kHandshake) {

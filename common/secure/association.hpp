@@ -26,6 +26,9 @@ class Association {
   void receive(std::span<const std::byte> datagram, Nanoseconds now);
   void advance(Nanoseconds now);
 
+  // Nothing is left to say. Until then it goes on answering and repeating, also once agreed.
+  bool settled(Nanoseconds now) const noexcept;
+
   enum class State : std::uint8_t { kRunning, kAgreed, kRefused, kFailed };
   State state() const noexcept { return state_; }
   const std::string& why() const noexcept { return why_; }  // refused or failed
@@ -49,6 +52,8 @@ class Association {
   Nanoseconds begun_;
   Nanoseconds repeat_at_ = 0, repeat_after_ = 0;
   State state_ = State::kRunning;
+  bool heard_ = false;      // the peer's greeting
+  bool was_heard_ = false;  // ours, as the peer says
   std::string why_;
   std::vector<Bytes> flight_;  // the last one said, until it is known to be heard
   std::vector<Bytes> outgoing_;

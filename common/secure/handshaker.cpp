@@ -33,24 +33,33 @@ class Dialer final : public Handshaker {
   void advance(Nanoseconds now) override {
     if (!calling_ && in_use_ == 0 && now >= not_before_) {
       calling_ = std::make_unique<Association>(LinkEnd::kDialer, std::make_unique<Dtls>(context_), own_, peer_, now);
+      told_ = false;
     }
     if (!calling_) return;
     calling_->advance(now);
     look(now);
   }
 
-  void give_back(std::unique_ptr<MediaSession>, Nanoseconds) override { --in_use_; }
+  void give_back(std::unique_ptr<MediaSession>, Nanoseconds) override {
+    --in_use_;
+    if (in_use_ == 0 && told_) calling_.reset();
+  }
 
  private:
   // A forged alert can end an attempt, so every end but agreement is followed by another, with a pause.
   void look(Nanoseconds now) {
     for (const Bytes& bytes : calling_->take_outgoing()) outgoing_.push_back(to_datagram(peer_, bytes));
     if (calling_->state() == State::kRunning) return;
-    events_.push_back(event_of(*calling_));
-    if (calling_->state() == State::kAgreed) {
-      sessions_.push_back(calling_->make_session());
-      ++in_use_;
-    } else {
+    if (!told_) {
+      told_ = true;
+      events_.push_back(event_of(*calling_));
+      if (calling_->state() == State::kAgreed) {
+        sessions_.push_back(calling_->make_session());
+        ++in_use_;
+      }
+    }
+    if (!calling_->settled(now)) return;
+    if (calling_->state() != State::kAgreed) {
       not_before_ = now + (calling_->state() == State::kRefused ? 5 * kSecond : kSecond / 2);
     }
     calling_.reset();
@@ -60,6 +69,7 @@ class Dialer final : public Handshaker {
   Greeting own_;
   UdpEndpoint peer_;
   std::unique_ptr<Association> calling_;
+  bool told_ = false;  // how it ended
   int in_use_ = 0;
   Nanoseconds not_before_ = std::numeric_limits<Nanoseconds>::min();
 };
@@ -93,11 +103,7 @@ class Listener final : public Handshaker {
       caller.association->advance(now);
       look(caller);
     }
-    // One that has agreed stays a while, because its last word may have been lost.
-    std::erase_if(callers_, [&](const Caller& caller) {
-      return caller.association->state() == State::kFailed ||
-             now - caller.association->begun() > 2 * Association::kAttempt;
-    });
+    std::erase_if(callers_, [&](const Caller& caller) { return caller.association->settled(now); });
   }
 
   void give_back(std::unique_ptr<MediaSession>, Nanoseconds) override {}
