@@ -71,6 +71,8 @@ Outcome call_with(const Arguments& arguments, double patience_s) {
       answer(received->sender);
     }
     outcome.connected = dtls.state() == Dtls::State::kConnected;
+    if (dtls.state() == Dtls::State::kFailed)
+      patience_s = std::min(patience_s, 0.05 * look + 0.3);  // it may still say why
     pollfd ready{socket.native_handle(), POLLIN, 0};
     if (!outcome.connected) ::poll(&ready, 1, 50);
   }

@@ -187,19 +187,19 @@ TEST_F(Secured, ACaptureShowsNoField) {
 TEST_F(Secured, RepetitionsForgeriesAndForeignSendersHaveNoEffect) {
   ASSERT_TRUE(both_hear()) << master_->err() << slave_->err();
   path_->attack = true;
-  ASSERT_TRUE(comes_true([&] { return path_->packets_to_master() > 3000; }));
+  ASSERT_TRUE(comes_true([&] { return path_->packets_to_master() > 1500; }));
   EXPECT_TRUE(both_hear());
   stop();
   std::printf("%s", master_->out().c_str());
   EXPECT_LE(counted(*master_, "opened"), path_->packets_to_master()) << "each authentic one once";
-  EXPECT_GT(counted(*master_, "forged") + counted(*master_, "malformed"), 500u);
-  EXPECT_GT(counted(*master_, "replayed"), 500u);
-  EXPECT_GT(counted(*master_, "of another address"), 500u);
+  EXPECT_GT(counted(*master_, "forged") + counted(*master_, "malformed"), 300u);
+  EXPECT_GT(counted(*master_, "replayed"), 300u);
+  EXPECT_GT(counted(*master_, "of another address"), 300u);
   EXPECT_EQ(counted(*master_, "sessions"), 1u);
-  EXPECT_GT(counted(*slave_, "replayed"), 500u);
+  EXPECT_GT(counted(*slave_, "replayed"), 300u);
 }
 
-TEST_F(Secured, ARestartedBoxANewAddressAndARestartedMasterAreHeardAgain) {
+TEST_F(Secured, ARestartedBoxAndOneBehindANewAddressAreHeardAgain) {
   ASSERT_TRUE(both_hear()) << master_->err() << slave_->err();
   slave_->send_signal(SIGKILL);
   slave_->wait();
@@ -208,10 +208,16 @@ TEST_F(Secured, ARestartedBoxANewAddressAndARestartedMasterAreHeardAgain) {
   path_->rebind();
   usleep(1'500'000);  // until neither can think that it still hears
   EXPECT_TRUE(both_hear()) << "new address: " << master_->err() << slave_->err();
+  stop();
+}
+
+using NightlySecured = Secured;
+TEST_F(NightlySecured, ARestartedMasterIsHeardAgain) {
+  ASSERT_TRUE(both_hear()) << master_->err() << slave_->err();
   master_->send_signal(SIGKILL);
   master_->wait();
   start_master(master_address_);
-  EXPECT_TRUE(both_hear()) << "restarted master: " << master_->err() << slave_->err();
+  EXPECT_TRUE(both_hear()) << master_->err() << slave_->err();
   stop();
 }
 
@@ -332,7 +338,7 @@ TEST(SecuredProcesses, LoopThreadsTouchNeitherHeapNorMutexThroughTheNetwork) {
   store_key(scratch / "key", PairingKey::random(), ExistingKey::kRefuse);
   const std::string counts = (scratch / "counts").string();
   SessionProcesses session(scratch.path(), {.scene = "demo",
-                                            .sets = {"duration_s=5", "windows={}"},
+                                            .sets = {"duration_s=2", "windows={}"},
                                             .preloads = {(program_directory() / "libfarhand_count.so").string()},
                                             .station_environment = {"FARHAND_COUNT_FILE=" + counts},
                                             .key = (scratch / "key").string()});
