@@ -3,7 +3,10 @@
 #include <poll.h>
 
 #include <cstdio>
+#include <string_view>
+#include <utility>
 
+#include "common/runtime/link_options.hpp"
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 
@@ -12,23 +15,28 @@ namespace {
 
 struct Options {
   SceneChoice scene;
+  LinkOptions link;
   std::string listen, serial, record;
   double wait_s = 60;
   bool quiet = false;
 };
 
-enum class Waited { kPeer, kNobody, kStopped };
+enum class Waited { kPeer, kNobody, kRefused, kStopped };
 
-// The clock of the session starts when the patient's box is first heard. Any datagram will do: the loop judges what it
-// says.
-Waited wait_for_peer(const UdpSocket& socket, double wait_s, const StopSignals& stop) {
-  const Nanoseconds end = monotonic_now() + from_seconds(wait_s);
+// The clock of the session starts when the patient's box is first heard.
+Waited wait_for_peer(PeerLink& link, double wait_s, const StopSignals& stop) {
+  constexpr int kLook_ms = 5;
+  constexpr Nanoseconds kLastWord = kSecond;  // in which a refused peer hears why
+  Nanoseconds end = monotonic_now() + from_seconds(wait_s);
+  bool refused = false;
   while (monotonic_now() < end) {
-    if (stop.signal() != 0) return Waited::kStopped;
-    pollfd ready{socket.native_handle(), POLLIN, 0};
-    if (::poll(&ready, 1, 100) > 0) return Waited::kPeer;
+    if (stop.signal() != 0) return refused ? Waited::kRefused : Waited::kStopped;
+    if (link.called(monotonic_now())) return Waited::kPeer;
+    if (link.refused() && !std::exchange(refused, true)) end = monotonic_now() + kLastWord;
+    pollfd ready{link.socket().native_handle(), POLLIN, 0};
+    ::poll(&ready, 1, kLook_ms);
   }
-  return Waited::kNobody;
+  return refused ? Waited::kRefused : Waited::kNobody;
 }
 
 int run(const Options& options) {
@@ -36,29 +44,32 @@ int run(const Options& options) {
   const scene::Scene& scene = loaded.scene;
   const std::unique_ptr<Side> side = options.serial.empty() ? make_simulated_master(scene, draw_session())
                                                             : make_serial_master(scene, draw_session(), options.serial);
-  UdpSocket socket = UdpSocket::listen(parse_endpoint(options.listen, EndpointUse::kListen));
+  const std::unique_ptr<PeerLink> link = open_link(options.link, options.listen, StationRole::kTherapist, scene);
   require_recordable(options.record);
   const StopSignals stop;
   OperatorInput operator_input;
-  std::printf("listening %s\n", to_string(socket.local_endpoint()).c_str());
+  std::printf("listening %s\n", to_string(link->socket().local_endpoint()).c_str());
   std::fflush(stdout);
 
-  const Waited waited = wait_for_peer(socket, options.wait_s, stop);
+  const Waited waited = wait_for_peer(*link, options.wait_s, stop);
   if (waited == Waited::kStopped) return kExitStopped;
+  if (waited == Waited::kRefused) return kExitUsage;
   if (waited == Waited::kNobody) {
     std::fprintf(stderr, "farhand-master: no patient's box called within %g s (--wait sets this)\n", options.wait_s);
     return kExitFailed;
   }
-  return run_station({loaded, *side, Role::kLeader, socket, operator_input, stop, options.record, options.quiet});
+  return run_station({loaded, *side, Role::kLeader, *link, operator_input, stop, options.record, options.quiet});
 }
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "pair") return run_pair("farhand-master", argc - 1, argv + 1);
   Options options;
   Program program("farhand-master", "The therapist's station.");
   Command command = program.command();
   add_scene_option(command, options.scene);
   command.text("--listen", options.listen, "ADDR:PORT where the patient's box calls; port 0 takes a free one",
                Needed::kYes);
+  add_link_options(command, options.link);
   command.text("--serial", options.serial,
                "serial port of the therapist's device; without it the therapist is simulated");
   command.text("--record", options.record, "recording of this side (MCAP)");

@@ -14,7 +14,7 @@ namespace farhand {
 
 class PendingDatagrams {
  public:
-  static constexpr std::size_t kMaxBytes = 256;
+  static constexpr std::size_t kMaxBytes = 512;  // a handshake's longest and the stamp
 
   // All memory is taken here.
   explicit PendingDatagrams(std::size_t capacity) : slots_(capacity) {

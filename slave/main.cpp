@@ -1,6 +1,8 @@
 // farhand-slave: the patient's box. Dials the therapist's station and drives the hand orthosis through its MCU. A lost
 // peer never ends it: it holds and awaits its peer until its duration is over.
+#include <string_view>
 
+#include "common/runtime/link_options.hpp"
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 
@@ -9,6 +11,7 @@ namespace {
 
 struct Options {
   SceneChoice scene;
+  LinkOptions link;
   std::string peer, serial, record;
   bool quiet = false;
 };
@@ -29,18 +32,20 @@ std::unique_ptr<Side> make_side(const LoadedScene& loaded, const std::string& se
 int run(const Options& options) {
   const LoadedScene loaded = options.scene.load();
   const std::unique_ptr<Side> side = make_side(loaded, options.serial);
-  UdpSocket socket = UdpSocket::dial(parse_endpoint(options.peer, EndpointUse::kPeer));
+  const std::unique_ptr<PeerLink> link = open_link(options.link, options.peer, StationRole::kPatient, loaded.scene);
   const StopSignals stop;
   OperatorInput operator_input;
-  return run_station({loaded, *side, Role::kFollower, socket, operator_input, stop, options.record, options.quiet});
+  return run_station({loaded, *side, Role::kFollower, *link, operator_input, stop, options.record, options.quiet});
 }
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "pair") return run_pair("farhand-slave", argc - 1, argv + 1);
   Options options;
   Program program("farhand-slave", "The patient's box.");
   Command command = program.command();
   add_scene_option(command, options.scene);
   command.text("--peer", options.peer, "ADDR:PORT of the therapist's station", Needed::kYes);
+  add_link_options(command, options.link);
   command.text("--serial", options.serial, "serial port of the orthosis MCU (scenes with a SERIES_ELASTIC slave)");
   command.text("--record", options.record, "recording of this side (MCAP)");
   command.flag("--quiet", options.quiet, "no live status");

@@ -26,10 +26,18 @@ struct Case {
   std::string says;
 };
 
+// What a test says nothing about is not secured.
+void choose_link(Program program, Arguments& command) {
+  const bool station = program == Program::kMaster || program == Program::kSlave;
+  const bool chosen = std::find(command.begin(), command.end(), "--key") != command.end();
+  if (station && !chosen) command.push_back("--insecure");
+}
+
 void expect_refused(const Case& one, const Arguments& before = {}) {
   Arguments command = before;
   command.push_back(path_of(one.program));
   command.insert(command.end(), one.arguments.begin(), one.arguments.end());
+  choose_link(one.program, command);
   ChildProcess child(command, slave_environment());
   EXPECT_EQ(child.wait(), 2) << one.says;
   const std::string err = child.err();
@@ -124,7 +132,7 @@ TEST(BadInput, ASerialLineIsForOneStationOnly) {
   const std::string line = (scratch / "line").string();
   const Pty pty(line);
   const Arguments arguments{"--scene", "demo", "--peer", kNobody, "--serial", line};
-  Arguments first{path_of(Program::kSlave), "--quiet", "--record", (scratch / "slave.mcap").string()};
+  Arguments first{path_of(Program::kSlave), "--insecure", "--quiet", "--record", (scratch / "slave.mcap").string()};
   first.insert(first.end(), arguments.begin(), arguments.end());
   ChildProcess holder(first, slave_environment());
   ASSERT_TRUE(comes_true([&] { return std::filesystem::exists(scratch / "slave.mcap.part"); })) << holder.err();
@@ -172,7 +180,8 @@ TEST(BadInput, NoPermissionIsSaid) {
 }
 
 TEST(Ending, NobodyCallsTheMaster) {
-  ChildProcess master({path_of(Program::kMaster), "--scene", "demo", "--listen", "127.0.0.1:0", "--wait", "0.2"});
+  ChildProcess master(
+      {path_of(Program::kMaster), "--insecure", "--scene", "demo", "--listen", "127.0.0.1:0", "--wait", "0.2"});
   EXPECT_EQ(master.wait(), 1);
   EXPECT_NE(master.err().find("no patient's box called within 0.2 s"), std::string::npos) << master.err();
 }
@@ -180,8 +189,8 @@ TEST(Ending, NobodyCallsTheMaster) {
 TEST(Ending, ALostPeerNeverEndsTheSlave) {
   ScratchDirectory scratch;
   const std::string file = (scratch / "slave.mcap").string();
-  ChildProcess slave({path_of(Program::kSlave), "--scene", "outage", "--peer", kNobody, "--quiet", "--record", file,
-                      "--set", "duration_s=1.5", "--set", "windows={}"});
+  ChildProcess slave({path_of(Program::kSlave), "--insecure", "--scene", "outage", "--peer", kNobody, "--quiet",
+                      "--record", file, "--set", "duration_s=1.5", "--set", "windows={}"});
   EXPECT_EQ(slave.wait(), 0) << slave.err();
   const Recorded recorded = read_recording(file);
   EXPECT_TRUE(recorded.problems.empty());
@@ -201,6 +210,7 @@ TEST(Ending, ASignalStopsEveryProgramWhileItWaits) {
       Arguments command{path_of(program), "--scene", "demo"};
       const Arguments rest = rest_of(program, scratch);
       command.insert(command.end(), rest.begin(), rest.end());
+      choose_link(program, command);
       ChildProcess child(command);
       EXPECT_NE(child.read_line(), "");
       child.send_signal(signal);
@@ -215,12 +225,12 @@ TEST(Ending, ASignalBringsBothStationsToRestWithCompleteRecordings) {
   for (const int signal : {SIGINT, SIGTERM}) {
     ScratchDirectory scratch;
     const auto file = [&](const char* role) { return (scratch / (std::string(role) + ".mcap")).string(); };
-    ChildProcess master({path_of(Program::kMaster), "--scene", "zero_delay", "--listen", "127.0.0.1:0", "--quiet",
-                         "--record", file("master")});
+    ChildProcess master({path_of(Program::kMaster), "--insecure", "--scene", "zero_delay", "--listen", "127.0.0.1:0",
+                         "--quiet", "--record", file("master")});
     const std::string line = master.read_line();
     ASSERT_TRUE(line.starts_with("listening ")) << master.err();
-    ChildProcess slave({path_of(Program::kSlave), "--scene", "zero_delay", "--peer", line.substr(10), "--quiet",
-                        "--record", file("slave")});
+    ChildProcess slave({path_of(Program::kSlave), "--insecure", "--scene", "zero_delay", "--peer", line.substr(10),
+                        "--quiet", "--record", file("slave")});
     const auto engaged = [&](const char* role, Recorded::Series<StationSample> Recorded::*rows) {
       try {
         const Recorded recorded = read_recording(file(role) + ".part");

@@ -18,6 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BIN = pathlib.Path()
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MAP = (ROOT / "common/README.md").read_text(encoding="utf-8")
+SECURITY = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
 
 
 def run(arguments, **options):
@@ -114,19 +115,19 @@ class Map(unittest.TestCase):
 
 class Both(unittest.TestCase):
     def test_files_that_are_named_exist(self):
-        for name in re.findall(r"`((?:common|master|slave|netem|proto|tests|scripts)/[\w./*-]+)`", README + MAP):
+        for name in re.findall(r"`((?:common|master|slave|netem|proto|tests|scripts)/[\w./*-]+)`", README + MAP + SECURITY):
             if "NAME" not in name:
                 self.assertTrue(list(ROOT.glob(name.rstrip("/"))), name)
 
     def test_tests_that_are_named_exist(self):
         tests = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "tests").glob("*_test.cpp"))
-        named = re.findall(r"`([A-Z]\w+)\.([A-Z]\w+)`", README + MAP)
+        named = re.findall(r"`([A-Z]\w+)\.([A-Z]\w+)`", README + MAP + SECURITY)
         self.assertGreaterEqual(len(named), 10)
         for suite, name in named:
             self.assertRegex(tests, rf"TEST(_P|_F)?\({suite},\s*{name}\)")
 
     def test_lines_are_short_and_documents_too(self):
-        for text in (README, MAP):
+        for text in (README, MAP, SECURITY):
             self.assertLess(text.count("\n"), 280)
             for line in text.splitlines():
                 self.assertLessEqual(len(line), 400 if line.startswith("|") else 140, line)

@@ -55,11 +55,11 @@ std::uint16_t parse_port(std::string_view text, std::string_view port, EndpointU
   return static_cast<std::uint16_t>(value);
 }
 
-void require_loopback(const UdpEndpoint& endpoint) {
-  if (endpoint.is_loopback()) return;
+void require_reach(const UdpEndpoint& endpoint, Reach reach) {
+  if (reach == Reach::kAnywhere || endpoint.is_loopback()) return;
   throw std::invalid_argument("address '" + to_string(endpoint) +
-                              "' is not a loopback address, and the link is not secured: anyone on that network could "
-                              "move the patient's hand; use 127.0.0.1, [::1] or localhost");
+                              "' is not a loopback address, and here the link is not secured: anyone on that network "
+                              "could move the patient's hand; use 127.0.0.1, [::1] or localhost");
 }
 
 }  // namespace
@@ -117,8 +117,8 @@ UdpSocket::UdpSocket(UdpSocket&&) noexcept = default;
 UdpSocket& UdpSocket::operator=(UdpSocket&&) noexcept = default;
 UdpSocket::~UdpSocket() = default;
 
-UdpSocket UdpSocket::listen(const UdpEndpoint& local) {
-  require_loopback(local);
+UdpSocket UdpSocket::listen(const UdpEndpoint& local, Reach reach) {
+  require_reach(local, reach);
   auto impl = std::make_unique<Impl>();
   const udp::endpoint endpoint = to_asio(local);
   asio::error_code error;
@@ -136,8 +136,8 @@ UdpSocket UdpSocket::listen(const UdpEndpoint& local) {
   return UdpSocket(std::move(impl));
 }
 
-UdpSocket UdpSocket::dial(const UdpEndpoint& peer) {
-  require_loopback(peer);
+UdpSocket UdpSocket::dial(const UdpEndpoint& peer, Reach reach) {
+  require_reach(peer, reach);
   auto impl = std::make_unique<Impl>();
   const udp::endpoint endpoint = to_asio(peer);
   asio::error_code error;
@@ -153,14 +153,16 @@ UdpSocket UdpSocket::dial(const UdpEndpoint& peer) {
 UdpEndpoint UdpSocket::local_endpoint() const { return from_asio(impl_->socket.local_endpoint()); }
 std::optional<UdpEndpoint> UdpSocket::peer() const noexcept { return impl_->peer; }
 
-bool UdpSocket::send(std::span<const std::byte> bytes) noexcept {
-  if (!impl_->peer) return false;
+bool UdpSocket::send(std::span<const std::byte> bytes) noexcept { return impl_->peer && send_to(bytes, *impl_->peer); }
+
+bool UdpSocket::send_to(std::span<const std::byte> bytes, const UdpEndpoint& to) noexcept {
+  if (impl_->connected && to != *impl_->peer) return false;
   asio::error_code error;
   const asio::const_buffer buffer(bytes.data(), bytes.size());
   if (impl_->connected) {
     impl_->socket.send(buffer, 0, error);
   } else {
-    impl_->socket.send_to(buffer, to_asio(*impl_->peer), 0, error);
+    impl_->socket.send_to(buffer, to_asio(to), 0, error);
   }
   if (error) {
     impl_->count(error);

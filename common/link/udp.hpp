@@ -1,6 +1,6 @@
 // Datagrams to and from one peer, called from the loop: nothing here waits, and after the first packet nothing
 // allocates. Asio stays in the .cpp, because it and Boost.Asio cannot meet in one translation unit. Only loopback
-// addresses are taken: the link is not secured.
+// addresses are taken, unless what travels is secured.
 #pragma once
 
 #include <array>
@@ -30,6 +30,9 @@ enum class EndpointUse { kListen, kPeer };
 UdpEndpoint parse_endpoint(std::string_view text, EndpointUse use);
 std::string to_string(const UdpEndpoint& endpoint);
 
+// How far a socket may reach. kAnywhere is for datagrams that are sealed and authentic end to end.
+enum class Reach { kLoopback, kAnywhere };
+
 class UdpSocket {
  public:
   struct Received {
@@ -48,9 +51,9 @@ class UdpSocket {
 
   // Waits for peers; answers go nowhere until `accept`. Throws std::invalid_argument (address not loopback) or
   // std::runtime_error (port busy, not permitted), both with a sentence.
-  static UdpSocket listen(const UdpEndpoint& local);
+  static UdpSocket listen(const UdpEndpoint& local, Reach reach = Reach::kLoopback);
   // Dials out: the kernel drops what does not come from this peer.
-  static UdpSocket dial(const UdpEndpoint& peer);
+  static UdpSocket dial(const UdpEndpoint& peer, Reach reach = Reach::kLoopback);
 
   UdpSocket(UdpSocket&&) noexcept;
   UdpSocket& operator=(UdpSocket&&) noexcept;
@@ -61,6 +64,8 @@ class UdpSocket {
 
   // To the peer. False when it was not sent: no peer yet, buffer full, or an error (counted).
   bool send(std::span<const std::byte> bytes) noexcept;
+  // To somebody else; a dialer has its peer only.
+  bool send_to(std::span<const std::byte> bytes, const UdpEndpoint& to) noexcept;
   // The next datagram, nothing when none waits. A sender that floods us can keep this answering: the caller bounds its
   // loop.
   std::optional<Received> receive(std::span<std::byte> buffer) noexcept;

@@ -51,7 +51,7 @@ void Command::flag(const char* name, bool& value, const char* meaning) { app_->a
 
 bool Command::given() const { return app_->parsed(); }
 
-Program::Program(const char* name, const char* purpose) : app_(new CLI::App(purpose, name)) {}
+Program::Program(const std::string& name, const std::string& purpose) : app_(new CLI::App(purpose, name)) {}
 Program::~Program() { delete app_; }
 
 int Program::run(int argc, char** argv, const std::function<int()>& body) {

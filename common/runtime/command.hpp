@@ -49,7 +49,7 @@ inline constexpr int kExitStopped = 130;      // came to rest after SIGINT or SI
 
 class Program {
  public:
-  Program(const char* name, const char* purpose);
+  Program(const std::string& name, const std::string& purpose);
   ~Program();
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;

@@ -24,29 +24,33 @@ bool StationLoop::operator()(const TickTime& time) noexcept {
   const double t_s = to_seconds(time.elapsed_ns);
   receive(time.now_ns);
   if (first_heard_s_ == 0.0 && side_.receiver().heard()) first_heard_s_ = t_s;
-  stopping_ = time.stopping || t_s - first_heard_s_ >= duration_s_;
+  const bool refused = ports_.link->refused() && !side_.receiver().heard();
+  stopping_ = time.stopping || refused || t_s - first_heard_s_ >= duration_s_;
   // The tick belongs to its deadline: readings, play-out and stamps then keep even steps however late the thread
   // woke.
   const int ticks = 1 + static_cast<int>(std::min<std::uint64_t>(time.missed, 1'000'000));
   const OperatorAct act = next_act(t_s);
   const Packet<1> packet = side_.tick(time.deadline_ns, t_s, act, ticks);
-  if (ports_.socket->send(codec_.encode(packet))) ++sent_;
+  if (ports_.link->send(codec_.encode(packet))) ++sent_;
   record(time, t_s, act);
   show(t_s);
   return !(stopping_ && ++stopping_ticks_ > kTicksToRest);
 }
 
 void StationLoop::receive(Nanoseconds now) noexcept {
-  std::array<std::byte, 512> buffer;
+  alignas(8) std::array<std::byte, MediaSession::kLargestDatagram> buffer;  // libsrtp reads words
+  ports_.link->advance(now);
   for (int i = 0; i < kDatagramsPerTick; ++i) {
-    const std::optional<UdpSocket::Received> datagram = ports_.socket->receive(buffer);
-    if (!datagram) return;
+    std::span<const std::byte> bytes;
+    const PeerLink::Received received = ports_.link->receive(buffer, now, bytes);
+    if (received == PeerLink::Received::kNothing) return;
+    if (received == PeerLink::Received::kOther) continue;
     Packet<1> packet;
-    const DecodeResult result = codec_.decode(std::span(buffer).first(datagram->size), packet);
+    const DecodeResult result = codec_.decode(bytes, packet);
     ++rejected_[static_cast<std::size_t>(result)];
     if (result != DecodeResult::kOk) continue;
     const Receipt receipt = side_.receive(packet, now);
-    if (receipt == Receipt::kAccepted) ports_.socket->accept(datagram->sender);
+    if (receipt == Receipt::kAccepted) ports_.link->accept();
   }
 }
 
@@ -100,6 +104,11 @@ StationCounters StationLoop::counters(const RunStats& stats) const noexcept {
   for (std::size_t i = 1; i < rejected_.size(); ++i) {
     if (i != static_cast<std::size_t>(DecodeResult::kChecksum)) total.rejected_format += rejected_[i];
   }
+  if (const ChannelCounters* security = ports_.link->security()) {
+    total.rejected_checksum += security->forged;
+    total.duplicate += security->replayed;
+    total.rejected_format += security->malformed + security->foreign + security->no_session;
+  }
   const SerialCounters serial = side_.serial_counters();
   total.serial_sent = serial.sent;
   total.serial_received = serial.received;
@@ -109,8 +118,9 @@ StationCounters StationLoop::counters(const RunStats& stats) const noexcept {
 
 namespace {
 
-// Stopped, the device gone or in a fault at the end, or well.
-int exit_code(const RunStats& stats, const Side& side) {
+// Refused, stopped, the device gone or in a fault at the end, or well.
+int exit_code(const RunStats& stats, const Side& side, const PeerLink& link) {
+  if (link.refused() && !side.receiver().heard()) return kExitUsage;
   if (!side.device_valid()) {
     std::fprintf(stderr, "the device is lost: no valid answer from its serial line at the end of the run\n");
     return kExitFailed;
@@ -119,7 +129,22 @@ int exit_code(const RunStats& stats, const Side& side) {
     std::fprintf(stderr, "ended in a fault: %s\n", name_of(side.trace().reason));
     return kExitFailed;
   }
-  return stats.cause == StopCause::kSignal ? kExitStopped : kExitOk;
+  if (stats.cause == StopCause::kSignal) return kExitStopped;
+  if (link.security() != nullptr && link.security()->sessions == 0) {
+    std::fprintf(stderr, "no secured link was ever made\n");
+    return kExitFailed;
+  }
+  return kExitOk;
+}
+
+void print_security(const char* role, const ChannelCounters& c) {
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  std::printf(
+      "farhand-%s: secured: %llu packets sealed, %llu opened, %llu sessions; rejected: %llu forged, %llu replayed, "
+      "%llu of "
+      "another address, %llu without a session, %llu malformed\n",
+      role, number(c.sealed), number(c.opened), number(c.sessions), number(c.forged), number(c.replayed),
+      number(c.foreign), number(c.no_session), number(c.malformed));
 }
 
 }  // namespace
@@ -134,7 +159,7 @@ int run_station(const StationSession& session) {
   {
     LiveStatusPrinter status(session.quiet);
     StationLoop loop(session.side, session.role, scene.duration_s(),
-                     {.socket = &session.socket,
+                     {.link = &session.link,
                       .recorder = recorder.get(),
                       .status = &status,
                       .operator_input = &session.operator_input,
@@ -144,7 +169,8 @@ int run_station(const StationSession& session) {
   }
   finish_recorder(recorder.get(), counters);
   print_loop(role, stats);
-  return exit_code(stats, session.side);
+  if (const ChannelCounters* security = session.link.security()) print_security(role, *security);
+  return exit_code(stats, session.side, session.link);
 }
 
 }  // namespace farhand

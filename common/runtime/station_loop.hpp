@@ -9,10 +9,10 @@
 #include "common/config/load.hpp"
 #include "common/config/operator_timeline.hpp"
 #include "common/link/codec.hpp"
-#include "common/link/udp.hpp"
 #include "common/record/recorder.hpp"
 #include "common/runtime/live_status.hpp"
 #include "common/runtime/operator_input.hpp"
+#include "common/runtime/peer_link.hpp"
 #include "common/runtime/run_loop.hpp"
 #include "common/runtime/side.hpp"
 
@@ -20,7 +20,7 @@ namespace farhand {
 
 // What a station talks to. The recorder and the timeline may be absent.
 struct StationPorts {
-  UdpSocket* socket = nullptr;
+  PeerLink* link = nullptr;
   Recorder* recorder = nullptr;
   LiveStatusPrinter* status = nullptr;
   OperatorInput* operator_input = nullptr;
@@ -62,7 +62,7 @@ struct StationSession {
   const LoadedScene& scene;
   Side& side;
   Role role;
-  UdpSocket& socket;
+  PeerLink& link;
   OperatorInput& operator_input;
   const StopSignals& stop;
   std::string record;  // file, or empty

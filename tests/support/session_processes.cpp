@@ -49,6 +49,10 @@ std::vector<std::string> SessionProcesses::command(Program program) const {
   if (program == Program::kMaster) add({"--listen", master_address_, "--quiet"});
   if (program == Program::kNetem) add({"--listen", netem_address_, "--forward", master_address_});
   if (program == Program::kSlave) add({"--peer", netem_address_, "--serial", line, "--quiet"});
+  if (program == Program::kMaster || program == Program::kSlave) {
+    add(options_.key.empty() ? std::vector<std::string>{"--insecure"}
+                             : std::vector<std::string>{"--key", options_.key});
+  }
   for (const std::string& one : options_.sets) add({"--set", one});
   return all;
 }

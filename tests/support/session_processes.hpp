@@ -27,6 +27,7 @@ struct SessionOptions {
   std::vector<std::string> sets;                 // the same for all four
   std::vector<std::string> preloads;             // further libraries under both stations
   std::vector<std::string> station_environment;  // "NAME=value" for both stations
+  std::string key = {};                          // file of the pairing key; empty: --insecure
 };
 
 class SessionProcesses {
