@@ -144,8 +144,8 @@ std::string quantile_table(const Session& session) {
     for (const bool asked : {true, false}) {
       const auto& values = asked ? q.asked_ms : q.achieved_ms;
       if (values.empty()) continue;
-      rows += std::string("<tr><td>") + (forward ? "master to slave" : "slave to master") + "</td><td>" +
-              (asked ? "asked" : "achieved") + "</td>";
+      rows += forward ? "<tr><td>master to slave</td>" : "<tr><td>slave to master</td>";
+      rows += asked ? "<td>asked</td>" : "<td>achieved</td>";
       for (const double value : values) rows += "<td class=\"n\">" + three_digits(value) + "</td>";
       rows += "<td class=\"n\">" + std::to_string(q.packets) + "</td><td class=\"n\">" + loss + "</td></tr>\n";
     }
