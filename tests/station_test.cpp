@@ -1,6 +1,5 @@
 // Stations in pairs, with an axis under each and delay between them: what they do when something goes wrong, and that
 // nothing jumps when they take hold, let go or lose each other.
-#include "common/control/four_channel.hpp"
 #include "common/scene/station.hpp"
 
 #include <gtest/gtest.h>
@@ -10,6 +9,8 @@
 #include <limits>
 #include <memory>
 #include <random>
+
+#include "common/control/four_channel.hpp"
 
 namespace farhand {
 namespace {

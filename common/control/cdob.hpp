@@ -13,8 +13,8 @@
 #pragma once
 
 #include "common/control/params.hpp"
-#include "common/signal/motion.hpp"
 #include "common/signal/low_pass.hpp"
+#include "common/signal/motion.hpp"
 
 namespace farhand {
 
