@@ -30,15 +30,8 @@ struct Bench {
     send(make_command(mode, seq++, x_ref, v_ref, f_ref));
   }
   McuOutput loop(double x = 0, double x_motor = 0, bool overrun = false) {
-    McuInput input{counts_of(x, settings.joint_counts_per_rev), counts_of(x_motor, settings.motor_counts_per_rev), 25,
-                   overrun};
-    input.stop = stop;
-    input.release = release;
-    input.sensor = sensor;
-    return core.step(input);
-  }
-  void loops(int count, double x = 0, double x_motor = 0) {
-    for (int i = 0; i < count; ++i) loop(x, x_motor);
+    return core.step(
+        {counts_of(x, settings.joint_counts_per_rev), counts_of(x_motor, settings.motor_counts_per_rev), 25, overrun});
   }
   McuOutput frame_time(double x = 0, double x_motor = 0) {
     loop(x, x_motor);
@@ -57,21 +50,7 @@ struct Bench {
   McuSettings settings;
   OrthosisMcu core;
   std::uint8_t seq = 0;
-  bool stop = false, release = false;
-  std::int16_t sensor = 0;
 };
-
-TEST(McuCore, AProductWithAGainIsTheNearestUnitAndSaturates) {
-  std::mt19937 random(3);
-  for (int n = 0; n < 1'000'000; ++n) {
-    const auto value = static_cast<std::int32_t>(random()) >> (1 + random() % 30);
-    const Gain gain{static_cast<std::uint16_t>(0x8000 | (random() & 0x7FFF)), static_cast<std::uint8_t>(random() % 48)};
-    const std::int64_t exact = std::int64_t{value} * gain.mantissa;
-    const std::int64_t half = gain.right > 0 ? std::int64_t{1} << (gain.right - 1) : 0;
-    const auto nearest = std::clamp<std::int64_t>((exact + half) >> gain.right, -kLargest, kLargest);
-    ASSERT_EQ(times(value, gain), nearest) << value << " * " << gain.mantissa << " >> " << int{gain.right};
-  }
-}
 
 TEST(McuCore, EncoderCountsAreAnglesToTwoUnits) {
   for (const double per_rev : {20000.0, 80000.0, 4096.0, 0.0}) {
