@@ -61,18 +61,6 @@ struct Bench {
   std::int16_t sensor = 0;
 };
 
-TEST(McuCore, AProductWithAGainIsTheNearestUnitAndSaturates) {
-  std::mt19937 random(3);
-  for (int n = 0; n < 1'000'000; ++n) {
-    const auto value = static_cast<std::int32_t>(random()) >> (1 + random() % 30);
-    const Gain gain{static_cast<std::uint16_t>(0x8000 | (random() & 0x7FFF)), static_cast<std::uint8_t>(random() % 48)};
-    const std::int64_t exact = std::int64_t{value} * gain.mantissa;
-    const std::int64_t half = gain.right > 0 ? std::int64_t{1} << (gain.right - 1) : 0;
-    const auto nearest = std::clamp<std::int64_t>((exact + half) >> gain.right, -kLargest, kLargest);
-    ASSERT_EQ(times(value, gain), nearest) << value << " * " << gain.mantissa << " >> " << int{gain.right};
-  }
-}
-
 TEST(McuCore, EncoderCountsAreAnglesToTwoUnits) {
   for (const double per_rev : {20000.0, 80000.0, 4096.0, 0.0}) {
     McuSettings settings;

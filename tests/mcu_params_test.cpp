@@ -59,5 +59,18 @@ TEST(McuParams, WhatDoesNotFitIsRefusedByName) {
   EXPECT_EQ(refused([](McuSettings&) {}), "accepted");
 }
 
+// Of 1000 N m/rad one count of 20000 is 0.3 N m, and two of each encoder are within their noise.
+TEST(McuParams, ASpringSensorAllowsForTheCountsOfAStiffSpring) {
+  McuSettings settings;
+  settings.spring_sensor_nm = 8;
+  EXPECT_NEAR(to_nm(make_mcu_params(settings).sensor_apart), 0.5, 1e-6);
+  settings.spring = 1000;
+  EXPECT_NEAR(to_nm(make_mcu_params(settings).sensor_apart), 4 * 1000 * 2 * M_PI / 20000, 1e-6);
+  settings.spring = 1e5;
+  EXPECT_NEAR(to_nm(make_mcu_params(settings).sensor_apart), 15, 1e-6);
+  settings.spring_sensor_nm = 0;
+  EXPECT_EQ(make_mcu_params(settings).sensor_apart, 0);
+}
+
 }  // namespace
 }  // namespace farhand::mcu

@@ -17,6 +17,12 @@
 #include <map>
 #include <stdexcept>
 
+#ifdef __SANITIZE_ADDRESS__
+// simavr gives back neither its wires nor what it read of the firmware.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() { return "leak:libsimavr"; }
+#endif
+
 namespace farhand {
 namespace {
 
