@@ -30,15 +30,8 @@ struct Bench {
     send(make_command(mode, seq++, x_ref, v_ref, f_ref));
   }
   McuOutput loop(double x = 0, double x_motor = 0, bool overrun = false) {
-    McuInput input{counts_of(x, settings.joint_counts_per_rev), counts_of(x_motor, settings.motor_counts_per_rev), 25,
-                   overrun};
-    input.stop = stop;
-    input.release = release;
-    input.sensor = sensor;
-    return core.step(input);
-  }
-  void loops(int count, double x = 0, double x_motor = 0) {
-    for (int i = 0; i < count; ++i) loop(x, x_motor);
+    return core.step(
+        {counts_of(x, settings.joint_counts_per_rev), counts_of(x_motor, settings.motor_counts_per_rev), 25, overrun});
   }
   McuOutput frame_time(double x = 0, double x_motor = 0) {
     loop(x, x_motor);
@@ -57,8 +50,6 @@ struct Bench {
   McuSettings settings;
   OrthosisMcu core;
   std::uint8_t seq = 0;
-  bool stop = false, release = false;
-  std::int16_t sensor = 0;
 };
 
 TEST(McuCore, EncoderCountsAreAnglesToTwoUnits) {
