@@ -1,8 +1,9 @@
 #include "common/analysis/orthosis_loop.hpp"
 
-#include <Eigen/LU>
+#include <limits>
 
 #include "common/integrate/eigenvalues.hpp"
+#include "common/integrate/lu.hpp"
 #include "common/integrate/matrix_exponential.hpp"
 
 namespace farhand {
@@ -57,11 +58,26 @@ double OrthosisMotion::spectral_radius() const {
 }
 
 OrthosisMotion::Answer OrthosisMotion::to_acceleration(std::complex<double> z) const {
-  using Complex = std::complex<double>;
-  Eigen::Matrix<Complex, kStates, kStates> open = -next_.cast<Complex>();
-  open.diagonal().array() += z;
-  const Eigen::Matrix<Complex, kStates, 1> state = open.partialPivLu().solve(input_.cast<Complex>().eval());
-  return {state[kX], (force_.cast<Complex>() * state)(0)};
+  // (z - A) s = b with real and imaginary part of s one after the other; what is factored is I - J.
+  constexpr std::size_t n = kStates;
+  StateMatrix<2 * n> J{};
+  std::array<double, 2 * n> state{};
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    for (std::size_t k = 0; k < n; ++k) J[i][k] = J[n + i][n + k] = next_(row, static_cast<Eigen::Index>(k));
+    J[i][i] = J[n + i][n + i] += 1.0 - z.real();
+    J[i][n + i] = z.imag();
+    J[n + i][i] = -z.imag();
+    state[i] = input_[row];
+  }
+  Lu<2 * n> lu;
+  if (!lu.factor(1.0, J)) state.fill(std::numeric_limits<double>::quiet_NaN());
+  lu.solve(state);
+  Answer answer{{state[kX], state[n + kX]}, 0.0};
+  for (std::size_t i = 0; i < n; ++i) {
+    answer.f += force_[static_cast<Eigen::Index>(i)] * std::complex<double>(state[i], state[n + i]);
+  }
+  return answer;
 }
 
 }  // namespace farhand
