@@ -15,6 +15,7 @@ import tempfile
 import threading
 import time
 import tty
+import types
 import unittest
 
 SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "scripts" / "check_mcu"
@@ -136,6 +137,31 @@ class CheckMcu(unittest.TestCase):
     def test_passes_a_fake_without_a_fault(self):
         for check in (kit.does_not_start_without_safe, kit.rejects_wrong_lengths):
             self.assertIsNone(verdict_of(check, None))
+
+    def test_sends_as_many_frames_as_asked_however_long_the_clock_has_run(self):
+        ours, theirs = os.openpty()
+        tty.setraw(ours)
+        port = kit.Mcu(os.ttyname(theirs))
+        real = kit.time
+        try:
+            for power in range(22):
+                for count in (1, 2, 5):
+                    began, at = real.monotonic(), 1.37 * 2.0 ** power
+                    kit.time = types.SimpleNamespace(monotonic=lambda: at + real.monotonic() - began)
+                    while True:
+                        if select.select([ours], [], [], 0)[0]:
+                            os.read(ours, 4096)
+                        try:
+                            port.run(count * 0.001, lambda: kit.command(kit.SAFE, 1))
+                            break
+                        except kit.Stalled:
+                            began, at = real.monotonic(), 1.37 * 2.0 ** power
+                    self.assertEqual(os.read(ours, 4096), count * kit.command(kit.SAFE, 1), f"at {at} s")
+        finally:
+            kit.time = real
+            os.close(port.fd)
+            os.close(theirs)
+            os.close(ours)
 
     def press(self, port, emulated):
         """In real time, from the press to the telemetry that tells of it."""
