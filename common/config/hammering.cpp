@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/control/four_channel.hpp"
-#include "common/observer/rtob.hpp"
 #include "common/plant/world.hpp"
-#include "common/signal/derivative.hpp"
+#include "common/scene/drive.hpp"
 
 namespace farhand {
 
@@ -20,25 +18,30 @@ bool hits_die_out(const scene::Scene& scene, const Contact& wall) {
   params.load.wall = Wall::Params{wall.k, wall.b, 0.0};
   DirectSlaveWorld world(params);
 
-  Derivative<1> derivative(Cutoff::rad_s(loop.g_v), loop.dt);
-  Dob<1> dob(loop.J_n, Cutoff::rad_s(loop.g_dis), loop.dt);
-  Rtob<1> rtob({.J_n = loop.J_n, .viscous = loop.viscous}, Cutoff::rad_s(loop.g_reac), loop.dt);
-  const FourChannelGains gains{loop.K_p, loop.K_d, loop.K_f};
-  Motion<1> local, remote;
-  Joints<1> tau = Joints<1>::Zero();
+  // Without the limits, and all of the law from the first tick.
+  DriveParams p;
+  p.model = {.J_n = loop.J_n, .viscous = loop.viscous};
+  p.K = {loop.K_p, loop.K_d, loop.K_f};
+  p.g_dis = Cutoff::rad_s(loop.g_dis);
+  p.g_reac = Cutoff::rad_s(loop.g_reac);
+  p.g_v = Cutoff::rad_s(loop.g_v);
+  p.gate = {.torque = 1e300, .torque_rate = 1e300, .velocity = 1e300, .range_min = -1e300, .range_max = 1e300};
+  p.take_over_s = 1e-3 * loop.dt;
+  p.dt_s = loop.dt;
+  DirectDrive<1> drive(p);
+  Motion<1> remote;
+  double torque = 0;
   double early = 0, late = 0;  // fastest, rad/s
   std::uint64_t events = 0;
   for (double t = 0; t < kEnd; t += loop.dt) {
-    world.advance(tau[0], t);
+    world.advance(torque, t);
     const double speed = std::fabs(world.true_v());
     if (t >= kEarly && t < kEarly + kEnd - kLate) early = std::max(early, speed);
     if (t < kLate) events = world.counters().events;
     if (t >= kLate) late = std::max(late, speed);
-    local.x[0] = world.encoder();
-    local.v = derivative.step(local.x);
-    local.f = rtob.step(tau, local.x, local.v);
+    const Motion<1> local = drive.observe({Joints<1>(world.encoder())}, 1);
     remote.x[0] = t < kSent ? kBefore : kBehind;
-    tau = loop.J_n * four_channel(gains, local, remote) + dob.step(tau, local.v);
+    torque = drive.follow(local, remote, true, 1).torque[0];
   }
   constexpr std::uint64_t kBounces = 5;
   constexpr double kRest = 1e-9;  // rad/s

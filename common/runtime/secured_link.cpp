@@ -105,7 +105,7 @@ class SecuredLink final : public PeerLink {
     [[maybe_unused]] const ssize_t ignored = ::write(wake_, &one, sizeof one);
   }
 
-  // To be destroyed where freeing memory hurts nobody.
+  // To be destroyed where freeing memory hurts nobody; here only if that thread has left 16 of them lying.
   void give_back(std::unique_ptr<MediaSession> session) noexcept {
     if (session == nullptr || !over_.push(session.get())) return;
     static_cast<void>(session.release());

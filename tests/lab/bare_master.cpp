@@ -9,16 +9,7 @@ std::unique_ptr<BarePlant<T>> make_bare_master(const scene::Scene& scene, const 
     if (!is_cvode(choice.method))
       return std::make_unique<WorldPlant<MasterWorld>>(MasterWorld(params, numerics_of(scene, choice)));
   }
-  const EncoderCounts counts{params.motor.encoder_counts_per_rev, 0};
-  switch (params.motor.friction()) {
-    case Friction::kCoulomb:
-      return solved<T>(MasterPlantWith<Friction::kCoulomb>(params), choice, counts);
-    case Friction::kBristle:
-      return solved<T>(MasterPlantWith<Friction::kBristle>(params), choice, counts);
-    case Friction::kNone:
-      break;
-  }
-  return solved<T>(MasterPlant(params), choice, counts);
+  return solved_axis<T, MasterPlantWith>(params, choice);
 }
 
 template std::unique_ptr<BarePlant<double>> make_bare_master(const scene::Scene&, const BareChoice&);

@@ -10,16 +10,7 @@ std::unique_ptr<BarePlant<T>> direct(const scene::Scene& scene, const BareChoice
     if (!is_cvode(choice.method))
       return std::make_unique<WorldPlant<DirectSlaveWorld>>(DirectSlaveWorld(params, numerics_of(scene, choice)));
   }
-  const EncoderCounts counts{params.motor.encoder_counts_per_rev, 0};
-  switch (params.motor.friction()) {
-    case Friction::kCoulomb:
-      return solved<T>(DirectSlavePlantWith<Friction::kCoulomb>(params), choice, counts);
-    case Friction::kBristle:
-      return solved<T>(DirectSlavePlantWith<Friction::kBristle>(params), choice, counts);
-    case Friction::kNone:
-      break;
-  }
-  return solved<T>(DirectSlavePlant(params), choice, counts);
+  return solved_axis<T, DirectSlavePlantWith>(params, choice);
 }
 
 template <class T>

@@ -129,6 +129,21 @@ std::unique_ptr<BarePlant<T>> solved(const P& plant, const BareChoice& choice, c
   }
 }
 
+// The same where friction decides what plant it is.
+template <class T, template <Friction> class PlantWith, class Params>
+std::unique_ptr<BarePlant<T>> solved_axis(const Params& params, const BareChoice& choice) {
+  const EncoderCounts counts{params.motor.encoder_counts_per_rev, 0};
+  switch (params.motor.friction()) {
+    case Friction::kCoulomb:
+      return solved<T>(PlantWith<Friction::kCoulomb>(params), choice, counts);
+    case Friction::kBristle:
+      return solved<T>(PlantWith<Friction::kBristle>(params), choice, counts);
+    case Friction::kNone:
+      break;
+  }
+  return solved<T>(PlantWith<Friction::kNone>(params), choice, counts);
+}
+
 inline bool is_cvode(BareMethod method) { return method == BareMethod::kCvodeBdf || method == BareMethod::kCvodeAdams; }
 
 // The product's own method under the settings of the choice, stable or not: what a step too long does is shown.
