@@ -4,8 +4,8 @@
 
 #include <bit>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "common/config/json.hpp"
 #include "tests/lab/explain_text.hpp"
 #include "tests/lab/simulation.hpp"
 
@@ -176,12 +176,13 @@ Explanation explained(const std::string& scene, const Sets& sets = {}) {
 }
 
 // Everything that the wall clock measured, away.
-nlohmann::json without_wall_clock(nlohmann::json value) {
-  if (value.is_object()) value.erase("wall_clock");
-  if (value.is_structured()) {
-    for (nlohmann::json& child : value) child = without_wall_clock(child);
-  }
-  return value;
+Json without_wall_clock(const Json& value) {
+  if (!value.is_object() && !value.is_array()) return value;
+  Json left = value.is_array() ? Json::array() : Json::object();
+  for (std::size_t i = 0; value.is_array() && i < value.size(); ++i) left.push_back(without_wall_clock(value[i]));
+  for (const std::string& key : value.keys())
+    if (key != "wall_clock") left.set(key, without_wall_clock(value[key]));
+  return left;
 }
 
 TEST(Explain, SaysOfEveryShippedSceneWhatItHasAndWhatItLeavesOut) {
@@ -197,8 +198,8 @@ TEST(Explain, SaysOfEveryShippedSceneWhatItHasAndWhatItLeavesOut) {
     for (const Cost& cost : {e.master_station, e.slave_station, e.master_side, e.slave_side, e.run})
       EXPECT_GT(cost.ns_per_tick, 10) << name;
     EXPECT_GT(e.master_station_bytes, sizeof(Receiver<1>));
-    EXPECT_EQ(without_wall_clock(nlohmann::json::parse(json_text(e))),
-              without_wall_clock(nlohmann::json::parse(json_text(explain_without_costs(loaded)))))
+    EXPECT_EQ(without_wall_clock(Json::parse(json_text(e))),
+              without_wall_clock(Json::parse(json_text(explain_without_costs(loaded)))))
         << name;
   }
 }

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
 #include <sstream>
 
+#include "common/config/json.hpp"
 #include "common/link/packet.hpp"
 #include "common/record/alignment.hpp"
 #include "common/record/summary.hpp"
@@ -245,7 +245,7 @@ TEST(Metrics, AbsentWindowsAreNullWithAReasonAndNeverZero) {
   scene.set_duration_s(kDuration);
   const Session session = session_of(still(0.2, -0.3, -0.3), still(0.2, 0.3, 0.3));
   const Metrics metrics = compute_metrics(session, scene);
-  const auto json = nlohmann::json::parse(summary_json(metrics, true));
+  const auto json = Json::parse(summary_json(metrics, true));
   for (const auto* key : {"tracking_rms_rad", "drag_nms_per_rad"}) {
     EXPECT_TRUE(json[key].is_null()) << key;
     EXPECT_EQ(metrics.at(key).absent_because, "the scene has no free window");
@@ -288,20 +288,19 @@ TEST(Metrics, SurviveNaNInEveryField) {
 
 TEST(Metrics, PublishedListIsWhatIsWritten) {
   const Metrics metrics = compute_metrics(session_of(still(0.2, -0.3, -0.3), still(0.2, 0.3, 0.3)), windows());
-  const auto all = nlohmann::ordered_json::parse(summary_json(metrics, true)),
-             deterministic = nlohmann::ordered_json::parse(summary_json(metrics, false));
+  const auto all = Json::parse(summary_json(metrics, true)), deterministic = Json::parse(summary_json(metrics, false));
   std::vector<std::string> published, published_deterministic, written, written_deterministic;
   for (const MetricInfo& info : kMetrics) {
     published.emplace_back(info.key);
     if (info.deterministic) published_deterministic.emplace_back(info.key);
     EXPECT_FALSE(info.meaning.empty()) << info.key;
   }
-  for (const auto& item : all.items()) written.push_back(item.key());
-  for (const auto& item : deterministic.items()) written_deterministic.push_back(item.key());
+  written = all.keys();
+  written_deterministic = deterministic.keys();
   EXPECT_EQ(written, published);
   EXPECT_EQ(written_deterministic, published_deterministic);
   EXPECT_EQ(std::set<std::string>(published.begin(), published.end()).size(), published.size());
-  for (const auto& item : all.items()) EXPECT_FALSE(item.value().is_object()) << item.key();
+  for (const std::string& key : written) EXPECT_FALSE(all[key].is_object()) << key;
   for (const Metric& metric : metrics.all()) EXPECT_NE(metric.absent_because, "not computed") << metric.info->key;
 }
 

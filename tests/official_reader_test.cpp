@@ -4,8 +4,8 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 
+#include "common/config/json.hpp"
 #include "common/record/mcap_reader.hpp"
 #include "common/record/recorder.hpp"
 #include "common/record/session_file.hpp"
@@ -13,8 +13,6 @@
 
 namespace farhand {
 namespace {
-
-using nlohmann::json;
 
 const std::filesystem::path kSource = std::filesystem::path(FARHAND_TEST_DIR) / "mcap_reader_check";
 const std::filesystem::path kInstalled = FARHAND_CHECK_DIR;
@@ -36,13 +34,13 @@ void install() {
   ASSERT_EQ(shell(command), 0) << command << "\n" << file_bytes(log);
 }
 
-json read_officially(const ScratchDirectory& scratch, const std::string& files) {
+Json read_officially(const ScratchDirectory& scratch, const std::string& files) {
   const std::string out = (scratch / "out.json").string();
   EXPECT_EQ(shell("cd '" + scratch.path().string() + "' && node '" + (kInstalled / "check.mjs").string() + "' " +
                   files + " >'" + out + "' 2>&1"),
             0)
       << file_bytes(out);
-  return json::parse(file_bytes(out), nullptr, false);
+  return Json::parse(file_bytes(out));
 }
 
 TEST(OfficialReader, ReadsCompleteRecoveredAndMergedFiles) {
@@ -83,22 +81,22 @@ TEST(OfficialReader, ReadsCompleteRecoveredAndMergedFiles) {
   for (std::size_t i = 0; i < session.master.size(); ++i) session.master[i].t_s = 1e-3 * static_cast<double>(i);
   write_session_mcap(session, scratch / "session.mcap");
 
-  const json seen = read_officially(scratch, "master.mcap killed.mcap session.mcap");
+  const Json seen = read_officially(scratch, "master.mcap killed.mcap session.mcap");
   ASSERT_TRUE(seen.is_object());
   for (const char* name : {"master.mcap", "killed.mcap"}) {
-    const json& file = seen.at(name);
+    const Json file = seen[name];
     EXPECT_EQ(file["topics"]["/master"]["count"], kCount);
     EXPECT_EQ(file["topics"]["/events"]["count"], 1);
     EXPECT_EQ(file["topics"]["/events"]["first"]["text"], "contact");
     EXPECT_EQ(file["topics"]["/events"]["first"]["who"], "master");
     EXPECT_EQ(file["topics"]["/info"]["first"]["scene_name"], "wall");
-    const json& last = file["topics"]["/master"]["last"];
+    const Json last = file["topics"]["/master"]["last"];
     EXPECT_EQ(last["t_ns"], "7999000000");
     EXPECT_EQ(last["x_rad"], 4999.25);
     EXPECT_EQ(last["state"], 2);
     EXPECT_EQ(last["true_f_nm"], -1.5);
     EXPECT_FALSE(last.contains("true_x_rad"));
-    EXPECT_TRUE(file["ordered"]);
+    EXPECT_EQ(file["ordered"], true);
     EXPECT_EQ(file["statistics"]["messageStartTime"], "3000000000");
     EXPECT_EQ(file["statistics"]["messageEndTime"], "7999000000");
     const bool killed = std::string(name) == "killed.mcap";

@@ -4,9 +4,10 @@
 #include <charconv>
 #include <functional>
 #include <iomanip>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <ostream>
+
+#include "common/config/json.hpp"
 
 namespace farhand {
 namespace {
@@ -176,18 +177,18 @@ void print_schema(std::ostream& out) {
 }
 
 void print_schema_json(std::ostream& out) {
-  nlohmann::ordered_json fields = nlohmann::ordered_json::array();
+  Json fields = Json::array();
   visit_fields(*scene::Scene::descriptor(), "", [&fields](const FieldDescriptor& field, const std::string& path) {
     const scene::FieldInfo& info = field_info(field);
-    nlohmann::ordered_json entry = {{"field", path}, {"type", type_text(field)}, {"meaning", info.meaning()}};
-    if (info.has_unit()) entry["unit"] = info.unit();
-    if (info.has_min()) entry["min"] = info.min();
-    if (info.above_min()) entry["above_min"] = true;
-    if (info.has_max()) entry["max"] = info.max();
-    if (field.enum_type() != nullptr) entry["choices"] = choices(field);
-    if (info.has_default_text()) entry["default"] = info.default_text();
-    entry["required"] = field.message_type() == nullptr && !info.has_default_text();
-    fields.push_back(std::move(entry));
+    Json entry = Json::object({{"field", path}, {"type", type_text(field)}, {"meaning", info.meaning()}});
+    if (info.has_unit()) entry.set("unit", info.unit());
+    if (info.has_min()) entry.set("min", info.min());
+    if (info.above_min()) entry.set("above_min", true);
+    if (info.has_max()) entry.set("max", info.max());
+    if (field.enum_type() != nullptr) entry.set("choices", choices(field));
+    if (info.has_default_text()) entry.set("default", info.default_text());
+    entry.set("required", field.message_type() == nullptr && !info.has_default_text());
+    fields.push_back(entry);
   });
   out << fields.dump(2) << '\n';
 }

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
+
+#include "common/config/json.hpp"
 
 namespace farhand {
 namespace {
@@ -89,10 +90,7 @@ std::string quantity(double y, std::string_view unit) {
 }
 
 std::string escaped(std::string_view text) {
-  // A round trip through JSON replaces every byte that is not UTF-8.
-  const std::string clean =
-      nlohmann::json::parse(nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
-          .get<std::string>();
+  const std::string clean = valid_utf8(text);
   std::string out;
   for (const char c : clean) {
     switch (c) {

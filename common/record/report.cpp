@@ -8,10 +8,10 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
 
+#include "common/config/json.hpp"
 #include "common/config/load.hpp"
 #include "common/record/figures.hpp"
 #include "common/record/format.hpp"
@@ -265,9 +265,7 @@ std::string library_versions() {
   return "Eigen " + std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
          std::to_string(EIGEN_MINOR_VERSION) + ", Protobuf " + dotted(GOOGLE_PROTOBUF_VERSION, 1000000, 1000) +
          ", Asio " + dotted(ASIO_VERSION, 100000, 100) + ", Boost " + dotted(BOOST_VERSION, 100000, 100) +
-         ", nlohmann-json " + std::to_string(NLOHMANN_JSON_VERSION_MAJOR) + "." +
-         std::to_string(NLOHMANN_JSON_VERSION_MINOR) + "." + std::to_string(NLOHMANN_JSON_VERSION_PATCH) +
-         ", compiled by g++ or compatible " + __VERSION__;
+         ", nlohmann-json " + json_library_version() + ", compiled by g++ or compatible " + __VERSION__;
 }
 
 std::string html_page(const std::string& title, const std::string& body) {

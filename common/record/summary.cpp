@@ -3,8 +3,9 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
+
+#include "common/config/json.hpp"
 
 namespace farhand {
 namespace {
@@ -19,12 +20,12 @@ double rounded(double y) {
   return out == 0 ? 0.0 : out;  // no -0
 }
 
-nlohmann::ordered_json json_of(const MetricValue& value) {
+Json json_of(const MetricValue& value) {
   return std::visit(
-      [](const auto& v) -> nlohmann::ordered_json {
+      [](const auto& v) -> Json {
         using T = std::decay_t<decltype(v)>;
         if constexpr (std::is_same_v<T, std::monostate>)
-          return nullptr;
+          return {};
         else if constexpr (std::is_same_v<T, double>)
           return rounded(v);
         else
@@ -78,11 +79,11 @@ void write_row(std::string_view side, const StationSample& s, std::ostream& out)
 }  // namespace
 
 std::string summary_json(const Metrics& metrics, bool with_wall_clock) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  Json json = Json::object();
   for (const Metric& metric : metrics.all()) {
-    if (metric.info->deterministic || with_wall_clock) json[std::string(metric.info->key)] = json_of(metric.value);
+    if (metric.info->deterministic || with_wall_clock) json.set(metric.info->key, json_of(metric.value));
   }
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json.dump(2) + "\n";
 }
 
 void write_csv(const Session& session, std::ostream& out) {

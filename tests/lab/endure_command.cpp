@@ -1,28 +1,28 @@
 #include "tests/lab/endure_command.hpp"
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "common/config/json.hpp"
 #include "tests/lab/endure.hpp"
 #include "tests/lab/write_to.hpp"
 
 namespace farhand {
 namespace {
 
-nlohmann::ordered_json json_of(const Stretch& s) {
-  return {{"until_s", s.until_s},
-          {"engaged_s", s.engaged_s},
-          {"tracking_rms_rad", s.tracking_rms_rad},
-          {"tracking_peak_rad", s.tracking_peak_rad},
-          {"force_error_rms_nm", s.force_error_rms_nm},
-          {"force_error_peak_nm", s.force_error_peak_nm},
-          {"energy_residual_master_j", s.energy_residual_master_j},
-          {"energy_residual_slave_j", s.energy_residual_slave_j},
-          {"energy_exchanged_j", s.energy_exchanged_j},
-          {"playout_mean_s", s.playout_mean_s},
-          {"lost", s.lost},
-          {"late", s.late},
-          {"wall_clock", {{"wall_s", s.wall_s}, {"resident_bytes", s.resident_bytes}}}};
+Json json_of(const Stretch& s) {
+  return Json::object({{"until_s", s.until_s},
+                       {"engaged_s", s.engaged_s},
+                       {"tracking_rms_rad", s.tracking_rms_rad},
+                       {"tracking_peak_rad", s.tracking_peak_rad},
+                       {"force_error_rms_nm", s.force_error_rms_nm},
+                       {"force_error_peak_nm", s.force_error_peak_nm},
+                       {"energy_residual_master_j", s.energy_residual_master_j},
+                       {"energy_residual_slave_j", s.energy_residual_slave_j},
+                       {"energy_exchanged_j", s.energy_exchanged_j},
+                       {"playout_mean_s", s.playout_mean_s},
+                       {"lost", s.lost},
+                       {"late", s.late},
+                       {"wall_clock", Json::object({{"wall_s", s.wall_s}, {"resident_bytes", s.resident_bytes}})}});
 }
 
 void print_row(std::FILE* out, const Stretch& s) {
@@ -54,7 +54,7 @@ int endure_scene(const EndureChoice& choice) {
                "wall");
   std::fprintf(out, "%9s %9s %9s %9s %9s %9s %10s %10s %9s %8s %8s %7s %9s %7s\n", "s", "s", "rms mrad", "mrad",
                "rms N m", "N m", "master J", "slave J", "J", "mean ms", "", "", "MiB", "s");
-  nlohmann::ordered_json lines = nlohmann::ordered_json::array();
+  Json lines = Json::array();
   double wall_s = 0;
   endure(loaded, choice.line_s, [&](const Stretch& stretch) {
     print_row(out, stretch);
@@ -63,7 +63,7 @@ int endure_scene(const EndureChoice& choice) {
   });
   std::fprintf(out, "%.0f s in %.1f s, %.0f times real time\n", loaded.scene.duration_s(), wall_s,
                loaded.scene.duration_s() / wall_s);
-  const nlohmann::ordered_json all = {{"scene", loaded.name}, {"seed", loaded.scene.seed()}, {"lines", lines}};
+  const Json all = Json::object({{"scene", loaded.name}, {"seed", loaded.scene.seed()}, {"lines", lines}});
   write_to(choice.json, [&](std::ostream& to) { to << all.dump(2) << '\n'; });
   return kExitOk;
 }

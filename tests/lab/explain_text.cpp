@@ -2,9 +2,10 @@
 
 #include <cmath>
 #include <iomanip>
-#include <nlohmann/json.hpp>
 #include <ostream>
 #include <sstream>
+
+#include "common/config/json.hpp"
 
 namespace farhand {
 namespace {
@@ -17,9 +18,9 @@ std::string text(const Cost& cost) {
   return out.str();
 }
 
-nlohmann::ordered_json json_of(const Cost& cost) {
-  if (!std::isfinite(cost.ns_per_tick)) return nullptr;
-  return {{"ns_per_tick", cost.ns_per_tick}, {"lower_quartile", cost.low}, {"upper_quartile", cost.high}};
+Json json_of(const Cost& cost) {
+  if (!std::isfinite(cost.ns_per_tick)) return {};
+  return Json::object({{"ns_per_tick", cost.ns_per_tick}, {"lower_quartile", cost.low}, {"upper_quartile", cost.high}});
 }
 
 void row(std::ostream& out, const std::string& place, const std::string& name, const Cost& cost, std::size_t bytes,
@@ -32,8 +33,8 @@ void total(std::ostream& out, const char* name, const Cost& cost, std::size_t by
   row(out, "", name, cost, bytes, what);
 }
 
-nlohmann::ordered_json json_of(std::size_t bytes, const Cost& cost) {
-  return {{"bytes", bytes}, {"wall_clock", json_of(cost)}};
+Json json_of(std::size_t bytes, const Cost& cost) {
+  return Json::object({{"bytes", bytes}, {"wall_clock", json_of(cost)}});
 }
 
 }  // namespace
@@ -71,41 +72,41 @@ void print_explanation(const Explanation& e, std::ostream& out) {
 }
 
 std::string json_text(const Explanation& e) {
-  nlohmann::ordered_json blocks = nlohmann::ordered_json::array(), plants = blocks, warnings = blocks;
+  Json blocks = Json::array(), plants = blocks, warnings = blocks;
   for (const Block& block : e.blocks) {
-    nlohmann::ordered_json one = {{"place", name_of(block.place)},
-                                  {"name", block.name},
-                                  {"contained", block.contained},
-                                  {"reason", block.reason}};
+    Json one = Json::object({{"place", name_of(block.place)},
+                             {"name", block.name},
+                             {"contained", block.contained},
+                             {"reason", block.reason}});
     if (block.contained) {
-      one["bytes"] = block.bytes;
-      one["wall_clock"] = json_of(block.cost);
+      one.set("bytes", block.bytes);
+      one.set("wall_clock", json_of(block.cost));
     }
     if (!block.needless.empty()) {
-      one["needless"] = block.needless;
+      one.set("needless", block.needless);
       warnings.push_back(std::string(name_of(block.place)) + ", " + block.name + ": " + block.needless);
     }
-    blocks.push_back(std::move(one));
+    blocks.push_back(one);
   }
   for (const PlantChoice& p : e.plants) {
-    plants.push_back({{"plant", p.plant},
-                      {"asked", p.asked},
-                      {"method", p.method},
-                      {"step_s", p.step_s},
-                      {"largest_rate_per_s", p.largest_rate_per_s},
-                      {"rate_times_step", p.rate_times_step},
-                      {"limit", p.limit},
-                      {"because", p.because}});
+    plants.push_back(Json::object({{"plant", p.plant},
+                                   {"asked", p.asked},
+                                   {"method", p.method},
+                                   {"step_s", p.step_s},
+                                   {"largest_rate_per_s", p.largest_rate_per_s},
+                                   {"rate_times_step", p.rate_times_step},
+                                   {"limit", p.limit},
+                                   {"because", p.because}}));
   }
-  const nlohmann::ordered_json all = {{"scene", e.scene},
-                                      {"blocks", blocks},
-                                      {"integrators", plants},
-                                      {"warnings", warnings},
-                                      {"master_station", json_of(e.master_station_bytes, e.master_station)},
-                                      {"slave_station", json_of(e.slave_station_bytes, e.slave_station)},
-                                      {"master_side", json_of(e.master_side_bytes, e.master_side)},
-                                      {"slave_side", json_of(e.slave_side_bytes, e.slave_side)},
-                                      {"run", {{"wall_clock", json_of(e.run)}}}};
+  const Json all = Json::object({{"scene", e.scene},
+                                 {"blocks", blocks},
+                                 {"integrators", plants},
+                                 {"warnings", warnings},
+                                 {"master_station", json_of(e.master_station_bytes, e.master_station)},
+                                 {"slave_station", json_of(e.slave_station_bytes, e.slave_station)},
+                                 {"master_side", json_of(e.master_side_bytes, e.master_side)},
+                                 {"slave_side", json_of(e.slave_side_bytes, e.slave_side)},
+                                 {"run", Json::object({{"wall_clock", json_of(e.run)}})}});
   return all.dump(2);
 }
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 
+#include "common/config/json.hpp"
 #include "common/config/schema.hpp"
 #include "common/record/format.hpp"
 
@@ -116,26 +116,26 @@ std::string summary_text(const std::vector<Result>& results) {
 }
 
 std::string json_of(const std::vector<Result>& results) {
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  Json all = Json::array();
   for (const Result& r : results) {
-    nlohmann::ordered_json one;
-    one["family"] = r.of->family;
-    one["name"] = r.of->name;
-    one["expected"] = name_of(r.of->expected.verdict);
-    if (r.of->expected.verdict != Verdict::kRefused) one["within"] = r.of->expected.within;
-    if (!r.of->expected.reason.empty()) one["reason"] = r.of->expected.reason;
-    one["as_expected"] = r.complaint.empty();
-    if (!r.complaint.empty()) one["complaint"] = r.complaint;
-    if (std::isfinite(r.outcome.error)) one["error"] = r.outcome.error, one["unit"] = r.outcome.unit;
-    if (!r.outcome.second_way.empty()) one["second_way"] = r.outcome.second_way;
-    if (!r.outcome.refusal.empty()) one["refusal"] = r.outcome.refusal;
-    if (!r.outcome.what.empty()) one["what"] = r.outcome.what;
-    one["first_bad"] = name_of(r.outcome.first_bad);
-    if (std::isfinite(r.outcome.energy)) one["energy_imbalance"] = r.outcome.energy;
-    one["work"] = r.outcome.work;
-    all.push_back(std::move(one));
+    Json one;
+    one.set("family", r.of->family);
+    one.set("name", r.of->name);
+    one.set("expected", name_of(r.of->expected.verdict));
+    if (r.of->expected.verdict != Verdict::kRefused) one.set("within", r.of->expected.within);
+    if (!r.of->expected.reason.empty()) one.set("reason", r.of->expected.reason);
+    one.set("as_expected", r.complaint.empty());
+    if (!r.complaint.empty()) one.set("complaint", r.complaint);
+    if (std::isfinite(r.outcome.error)) one.set("error", r.outcome.error), one.set("unit", r.outcome.unit);
+    if (!r.outcome.second_way.empty()) one.set("second_way", r.outcome.second_way);
+    if (!r.outcome.refusal.empty()) one.set("refusal", r.outcome.refusal);
+    if (!r.outcome.what.empty()) one.set("what", r.outcome.what);
+    one.set("first_bad", name_of(r.outcome.first_bad));
+    if (std::isfinite(r.outcome.energy)) one.set("energy_imbalance", r.outcome.energy);
+    one.set("work", r.outcome.work);
+    all.push_back(one);
   }
-  return all.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return all.dump(1) + "\n";
 }
 
 std::string csv_of(const std::vector<Result>& results) {

@@ -5,9 +5,9 @@
 #include <charconv>
 #include <cmath>
 #include <iomanip>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/config/json.hpp"
 #include "common/record/format.hpp"
 #include "common/record/plot.hpp"
 #include "common/record/report.hpp"
@@ -61,15 +61,11 @@ std::string shortest(double y) {
   return std::string(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), y).ptr);
 }
 
-nlohmann::ordered_json number(double y) {
-  return std::isfinite(y) ? nlohmann::ordered_json(y) : nlohmann::ordered_json();
-}
-
-void put(nlohmann::ordered_json& to, const PrecisionError& e, const std::string& what, const std::string& unit) {
-  to[what + "_end_" + unit] = number(e.end);
-  to[what + "_rms_" + unit] = number(e.rms);
-  to[what + "_max_" + unit] = number(e.max);
-  to[what + "_growth"] = number(e.growth);
+void put(Json& to, const PrecisionError& e, const std::string& what, const std::string& unit) {
+  to.set(what + "_end_" + unit, e.end);
+  to.set(what + "_rms_" + unit, e.rms);
+  to.set(what + "_max_" + unit, e.max);
+  to.set(what + "_growth", e.growth);
 }
 
 // Error against wall time of some methods; the same axes in every picture of one quantity.
@@ -251,45 +247,47 @@ void print_precision(const PrecisionResult& result, std::ostream& out) {
 }
 
 std::string precision_json(const PrecisionResult& result) {
-  nlohmann::ordered_json out;
-  out["scene"] = result.scene;
-  out["duration_s"] = result.duration_s;
-  out["runs"] = result.runs;
-  out["reference"] = result.reference;
-  out["second_reference"] = result.second;
+  Json out, orders = Json::array(), rows = Json::array();
+  out.set("scene", result.scene);
+  out.set("duration_s", result.duration_s);
+  out.set("runs", result.runs);
+  out.set("reference", result.reference);
+  out.set("second_reference", result.second);
   put(out, result.floor_position, "floor_position", "rad");
   put(out, result.floor_force, "floor_force", "nm");
   put(out, result.second_position, "second_position", "rad");
   put(out, result.second_force, "second_force", "nm");
   for (const FittedOrder& fit : result.orders) {
-    out["orders"].push_back({{"integrator", name_of(fit.method)},
-                             {"theory", fit.theory},
-                             {"position", number(fit.position)},
-                             {"force", number(fit.force)},
-                             {"finest_s", fit.finest_s},
-                             {"coarsest_s", fit.coarsest_s},
-                             {"leading_error_shifts_contacts_only", fit.shifts_only},
-                             {"points", fit.points}});
+    orders.push_back(Json::object({{"integrator", name_of(fit.method)},
+                                   {"theory", fit.theory},
+                                   {"position", fit.position},
+                                   {"force", fit.force},
+                                   {"finest_s", fit.finest_s},
+                                   {"coarsest_s", fit.coarsest_s},
+                                   {"leading_error_shifts_contacts_only", fit.shifts_only},
+                                   {"points", fit.points}}));
   }
   for (const PrecisionRow& row : result.rows) {
-    nlohmann::ordered_json one;
-    one["integrator"] = name_of(row.choice.method);
-    if (takes_a_step(row.choice.method)) one["step_s"] = row.choice.step_s;
-    if (takes_a_tolerance(row.choice.method)) one["rtol"] = row.choice.rtol;
-    one["quantised"] = row.quantised;
-    one["default"] = row.is_default;
-    one["ended"] = row.ok() ? "ok" : row.failure;
+    Json one;
+    one.set("integrator", name_of(row.choice.method));
+    if (takes_a_step(row.choice.method)) one.set("step_s", row.choice.step_s);
+    if (takes_a_tolerance(row.choice.method)) one.set("rtol", row.choice.rtol);
+    one.set("quantised", row.quantised);
+    one.set("default", row.is_default);
+    one.set("ended", row.ok() ? "ok" : row.failure);
     put(one, row.position, "position", "rad");
     put(one, row.force, "force", "nm");
-    one["steps"] = row.steps;
-    one["events"] = row.events;
+    one.set("steps", row.steps);
+    one.set("events", row.events);
     if (!row.wall_s.empty()) {
-      one["wall_s_per_s"] = row.wall_median();
-      one["wall_least_s_per_s"] = row.wall_s.front();
-      one["wall_most_s_per_s"] = row.wall_s.back();
+      one.set("wall_s_per_s", row.wall_median());
+      one.set("wall_least_s_per_s", row.wall_s.front());
+      one.set("wall_most_s_per_s", row.wall_s.back());
     }
-    out["rows"].push_back(std::move(one));
+    rows.push_back(one);
   }
+  out.set("orders", orders);
+  out.set("rows", rows);
   return out.dump(2) + "\n";
 }
 
