@@ -1,13 +1,18 @@
-// The augmented matrix exponential against formulas derived by hand.
+// The augmented matrix exponential and eigenvalues against formulas derived by hand.
 #include "common/integrate/matrix_exponential.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <random>
+#include <vector>
 
+#include "common/integrate/eigenvalues.hpp"
 #include "tests/support/oscillator.hpp"
 #include "tests/support/uniform.hpp"
 
@@ -86,6 +91,89 @@ TEST(MatrixExponential, BoundsHoldAllAlongTheWay) {
       }
     }
   }
+}
+
+using Complex = std::complex<double>;
+
+// The farthest that any of `known` lies from its own one of `found`.
+double worst_distance(std::vector<Complex> found, const std::vector<Complex>& known) {
+  EXPECT_EQ(found.size(), known.size());
+  double worst = 0;
+  for (const Complex& one : known) {
+    const auto nearest = std::min_element(found.begin(), found.end(), [&](const Complex& a, const Complex& b) {
+      return std::abs(a - one) < std::abs(b - one);
+    });
+    if (nearest == found.end()) return std::numeric_limits<double>::infinity();
+    worst = std::max(worst, std::abs(*nearest - one));
+    found.erase(nearest);
+  }
+  return worst;
+}
+
+// A chain of n equal masses and springs (frequencies 2 sin(k pi / (2 n + 2))), as positions and speeds.
+TEST(Eigenvalues, OfAChainOfMassesAreItsFrequencies) {
+  for (const int n : {1, 2, 3, 7, 12}) {
+    const int size = 2 * n;
+    std::vector<double> A(static_cast<std::size_t>(size * size));
+    const auto at = [&](int i, int j) -> double& { return A[static_cast<std::size_t>(i * size + j)]; };
+    std::vector<Complex> known;
+    for (int i = 0; i < n; ++i) {
+      at(i, n + i) = 1;
+      at(n + i, i) = -2;
+      if (i > 0) at(n + i, i - 1) = at(n + i - 1, i) = 1;
+      const double omega = 2 * std::sin((i + 1) * std::numbers::pi / (2 * n + 2));
+      known.emplace_back(0, omega);
+      known.emplace_back(0, -omega);
+    }
+    const std::vector<Complex> found = eigenvalues(A, static_cast<std::size_t>(size));
+    EXPECT_LT(worst_distance(found, known), 1e-14 * size) << n;
+    Complex sum = 0;
+    for (const Complex& one : found) sum += one;
+    EXPECT_EQ(sum.imag(), 0) << "pairs are exactly conjugate";
+  }
+}
+
+// The cyclic shift maps itself onto itself under its own shifts; its eigenvalues are the roots of one.
+TEST(Eigenvalues, OfACyclicMatrixAreTheRootsOfOne) {
+  for (const int n : {3, 4, 5, 8, 16}) {
+    std::vector<double> A(static_cast<std::size_t>(n * n));
+    std::vector<Complex> known;
+    for (int i = 0; i < n; ++i) {
+      A[static_cast<std::size_t>((i + 1) % n * n + i)] = 1;
+      known.push_back(std::polar(1.0, 2 * std::numbers::pi * i / n));
+    }
+    EXPECT_LT(worst_distance(eigenvalues(A, static_cast<std::size_t>(n)), known), 1e-14 * n) << n;
+  }
+}
+
+// Upper triangle, then scaled by powers of two up to 2^40 apart: exact similarity, which balancing undoes.
+TEST(Eigenvalues, OfBadlyScaledMatricesKeepTheirDigits) {
+  std::mt19937_64 random(7);
+  for (int round = 0; round < 2000; ++round) {
+    const int n = 2 + static_cast<int>(random() % 7);
+    std::vector<double> A(static_cast<std::size_t>(n * n)), scaled = A, scale;
+    for (double& a : A) a = uniform(random, -1, 1);
+    for (int i = 0; i < n; ++i) scale.push_back(std::exp2(std::round(uniform(random, -20, 20))));
+    for (int i = 0; i < n * n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      scaled[k] = A[k] * scale[static_cast<std::size_t>(i / n)] / scale[static_cast<std::size_t>(i % n)];
+    }
+    const auto size = static_cast<std::size_t>(n);
+    // A double eigenvalue is known to half the digits; everything drawn here is better separated than that.
+    EXPECT_LT(worst_distance(eigenvalues(scaled, size), eigenvalues(A, size)), 1e-8) << round;
+  }
+}
+
+TEST(Eigenvalues, OfSmallAndDegenerateMatrices) {
+  EXPECT_TRUE(eigenvalues({}, 0).empty());
+  EXPECT_EQ(eigenvalues(std::vector<double>{-3.5}, 1), std::vector<Complex>{-3.5});
+  EXPECT_LT(worst_distance(eigenvalues(std::vector<double>(9), 3), {0, 0, 0}), 1e-300);
+  // 1 and 1e-12 without cancellation; a Jordan block of two.
+  EXPECT_LT(worst_distance(eigenvalues(std::vector<double>{1, 1, 0, 1e-12}, 2), {1, 1e-12}), 1e-27);
+  EXPECT_LT(worst_distance(eigenvalues(std::vector<double>{2, 1, 0, 2}, 2), {2, 2}), 1e-15);
+  EXPECT_TRUE(eigenvalues(std::vector<double>{1, std::nan(""), 0, 1}, 2).empty());
+  EXPECT_EQ(fastest_eigenvalue(std::vector<double>{0, 1, -4e8, 0}, 2).real(), 0);
+  EXPECT_NEAR(std::abs(fastest_eigenvalue(std::vector<double>{0, 1, -4e8, 0}, 2)), 2e4, 1e-8);
 }
 
 }  // namespace

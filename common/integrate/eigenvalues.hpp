@@ -1,4 +1,4 @@
-// Eigenvalues of a small real matrix, in one source: what finds them takes long to compile.
+// Eigenvalues of a small real matrix.
 #pragma once
 
 #include <complex>
