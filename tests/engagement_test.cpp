@@ -1,9 +1,14 @@
-// The state machine and the blend: nothing moves at start, engaging needs an act, nothing jumps.
+// The state machine and the blend: nothing moves at start, engaging needs an act, nothing jumps, and the table in
+// STATES.md is the one in the code.
 #include "common/scene/engagement.hpp"
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <map>
 #include <random>
+#include <sstream>
+#include <string>
 
 #include "common/scene/blend.hpp"
 
@@ -22,8 +27,23 @@ EngagementInputs peer(S state, OperatorAct act = OperatorAct::kNone, bool aligne
   return in;
 }
 
+// A machine whose device has passed its test.
+Engagement started(Role role, EngagementParams params = {}) {
+  params.self_test = 0;
+  Engagement machine(role, params);
+  machine.step(-2, {});
+  machine.step(-1, {});
+  return machine;
+}
+
+EngagementInputs act(OperatorAct one) {
+  EngagementInputs in;
+  in.act = one;
+  return in;
+}
+
 TEST(Engagement, LeaderAlignsOnlyByAnAct) {
-  Engagement leader(Role::kLeader, {});
+  Engagement leader = started(Role::kLeader);
   for (int k = 0; k < 100; ++k) EXPECT_EQ(leader.step(k, peer(S::kReady, OperatorAct::kNone, true)), S::kReady);
   EXPECT_EQ(leader.step(100, peer(S::kReady, OperatorAct::kEngage)), S::kAligning);
   EXPECT_EQ(leader.step(101, peer(S::kReady)), S::kAligning);
@@ -31,7 +51,7 @@ TEST(Engagement, LeaderAlignsOnlyByAnAct) {
 }
 
 TEST(Engagement, LeaderIgnoresTheActWithoutALivePeer) {
-  Engagement leader(Role::kLeader, {});
+  Engagement leader = started(Role::kLeader);
   EngagementInputs in;
   in.act = OperatorAct::kEngage;
   EXPECT_EQ(leader.step(1, in), S::kReady);
@@ -39,7 +59,7 @@ TEST(Engagement, LeaderIgnoresTheActWithoutALivePeer) {
 }
 
 TEST(Engagement, LeaderGivesUpAligningAndWaitingAfterTheTimeout) {
-  Engagement leader(Role::kLeader, {.timeout = 1000});
+  Engagement leader = started(Role::kLeader, {.timeout = 1000});
   leader.step(0, peer(S::kReady, OperatorAct::kEngage));
   EXPECT_EQ(leader.step(1000, peer(S::kReady)), S::kAligning);
   EXPECT_EQ(leader.step(1001, peer(S::kReady)), S::kHolding);
@@ -51,7 +71,7 @@ TEST(Engagement, LeaderGivesUpAligningAndWaitingAfterTheTimeout) {
 }
 
 TEST(Engagement, LeaderHoldsWhenTheFollowerLetsGo) {
-  Engagement leader(Role::kLeader, {});
+  Engagement leader = started(Role::kLeader);
   leader.step(0, peer(S::kReady, OperatorAct::kEngage));
   leader.step(1, peer(S::kReady, OperatorAct::kNone, true));
   EXPECT_EQ(leader.step(2, peer(S::kReady)), S::kEngaged);  // the follower has not heard of it yet
@@ -61,7 +81,7 @@ TEST(Engagement, LeaderHoldsWhenTheFollowerLetsGo) {
 }
 
 TEST(Engagement, FollowerEngagesOnTheEdgeOnly) {
-  Engagement follower(Role::kFollower, {});
+  Engagement follower = started(Role::kFollower);
   for (int k = 0; k < 50; ++k) EXPECT_EQ(follower.step(k, peer(S::kEngaged, OperatorAct::kNone, true)), S::kReady);
   follower.step(50, peer(S::kAligning, OperatorAct::kNone, true));
   EXPECT_EQ(follower.step(51, peer(S::kEngaged, OperatorAct::kNone, false)), S::kReady);
@@ -69,7 +89,7 @@ TEST(Engagement, FollowerEngagesOnTheEdgeOnly) {
 }
 
 TEST(Engagement, AResumedStreamDoesNotTakeTheHandBack) {
-  Engagement follower(Role::kFollower, {});
+  Engagement follower = started(Role::kFollower);
   follower.step(0, peer(S::kAligning, OperatorAct::kNone, true));
   ASSERT_EQ(follower.step(1, peer(S::kEngaged, OperatorAct::kNone, true)), S::kEngaged);
   EngagementInputs silent;
@@ -81,53 +101,279 @@ TEST(Engagement, AResumedStreamDoesNotTakeTheHandBack) {
 }
 
 TEST(Engagement, FollowerNeverEngagesByItsOwnAct) {
-  Engagement follower(Role::kFollower, {});
+  Engagement follower = started(Role::kFollower);
   EXPECT_EQ(follower.step(0, peer(S::kReady, OperatorAct::kEngage, true)), S::kReady);
 }
 
-// A million random inputs for each role.
-TEST(Engagement, InvariantsHoldOnRandomSequences) {
+TEST(Engagement, TheSelfTestTakesTwentySoundMillisecondsAndNeverLongerThanASecond) {
+  Engagement sound(Role::kFollower, {});
+  EXPECT_EQ(sound.state(), S::kOff);
+  EngagementInputs in;
+  in.device_valid = false;
+  EXPECT_EQ(sound.step(0, in), S::kOff);
+  EXPECT_EQ(sound.step(kMillisecond, {}), S::kSelfTest);
+  EXPECT_EQ(sound.step(20 * kMillisecond, {}), S::kSelfTest);
+  EXPECT_EQ(sound.step(21 * kMillisecond, {}), S::kReady);
+  const auto ends = [](auto&& spoil, Reason reason) {
+    Engagement machine(Role::kFollower, {});
+    Nanoseconds now = 0;
+    for (; machine.state() != S::kFault && now < 2 * kSecond; now += kMillisecond) {
+      EngagementInputs one;
+      spoil(one, now);
+      ASSERT_NE(machine.step(now, one), S::kReady);
+    }
+    EXPECT_EQ(now, kSecond + 2 * kMillisecond);
+    EXPECT_EQ(machine.reason(), reason);
+  };
+  ends([](EngagementInputs& one, Nanoseconds) { one.in_range = false; }, Reason::kOutOfRange);
+  ends([](EngagementInputs& one, Nanoseconds) { one.at_rest = false; }, Reason::kNotAtRest);
+  ends([](EngagementInputs& one, Nanoseconds now) { one.at_rest = now % (15 * kMillisecond) != 0; },
+       Reason::kNotAtRest);
+}
+
+TEST(Engagement, StopAndFaultEndByAnActOfTheSameSideAndThroughTheSelfTest) {
   for (const Role role : {Role::kLeader, Role::kFollower}) {
-    std::mt19937_64 random(3);
-    Engagement machine(role, {.timeout = 40});
-    S last = machine.state();
-    bool disengaged_since = false;
-    for (int k = 0; k < 1'000'000; ++k) {
-      const std::uint64_t r = random();
-      EngagementInputs in;
-      in.act = (r & 7) == 0 ? static_cast<OperatorAct>((r >> 3) % 5) : OperatorAct::kNone;
-      in.device_valid = ((r >> 8) & 63) != 0;
-      in.finite = ((r >> 16) & 255) != 0;
-      in.peer_alive = ((r >> 24) & 15) != 0;
-      in.peer = static_cast<S>((r >> 32) % 5);
-      in.aligned = ((r >> 40) & 1) != 0;
-      if (in.peer_alive && in.peer != S::kEngaged) disengaged_since = true;
-      const S now = machine.step(k, in);
-      if (last == S::kFault && now != last) {
-        ASSERT_EQ(in.act, OperatorAct::kReset);
-      }
-      if (!in.finite) {
-        ASSERT_TRUE(now == S::kFault || last == S::kFault);
-      }
-      if (now == S::kEngaged && last != now) {
-        ASSERT_TRUE(in.peer_alive && in.aligned && in.device_valid && in.finite);
-        ASSERT_EQ(last == S::kAligning, role == Role::kLeader);
-        if (role == Role::kFollower) {
-          ASSERT_TRUE(disengaged_since);
+    for (const bool fault : {true, false}) {
+      Engagement machine = started(role);
+      EngagementInputs in = act(fault ? OperatorAct::kNone : OperatorAct::kStop);
+      in.finite = !fault;
+      const S latched = fault ? S::kFault : S::kStopped;
+      ASSERT_EQ(machine.step(0, in), latched);
+      Nanoseconds now = 0;
+      for (int state = 0; state <= static_cast<int>(kLastState); ++state) {
+        for (const OperatorAct one :
+             {OperatorAct::kNone, OperatorAct::kEngage, OperatorAct::kHold, OperatorAct::kStop, OperatorAct::kHome}) {
+          for (const bool valid : {true, false}) {
+            in = peer(static_cast<S>(state), one, true);
+            in.device_valid = valid;
+            ASSERT_EQ(machine.step(++now, in), latched);
+          }
         }
       }
-      if (now == S::kAligning && last != now) {
-        ASSERT_TRUE(role == Role::kLeader && in.act == OperatorAct::kEngage);
+      EXPECT_EQ(machine.step(++now, act(OperatorAct::kReset)), S::kSelfTest);
+      EXPECT_EQ(machine.step(++now, {}), S::kReady);
+    }
+  }
+}
+
+TEST(Engagement, ThePatientsStopIsNotUndoneByTheTherapist) {
+  Engagement leader = started(Role::kLeader);
+  leader.step(0, peer(S::kReady, OperatorAct::kEngage));
+  leader.step(1, peer(S::kReady, OperatorAct::kNone, true));
+  leader.step(2, peer(S::kEngaged));
+  EXPECT_EQ(leader.step(3, peer(S::kStopped)), S::kHolding);
+  EXPECT_EQ(leader.reason(), Reason::kPeerStopped);
+  EXPECT_EQ(leader.step(4, peer(S::kStopped, OperatorAct::kEngage)), S::kHolding);
+  EXPECT_EQ(leader.step(5, peer(S::kStopped, OperatorAct::kReset)), S::kHolding);
+}
+
+TEST(Engagement, HomingNeedsItsActAndEndsByAnyOther) {
+  const EngagementParams params{.homing = true};
+  Engagement unknown = started(Role::kFollower, params);
+  EXPECT_EQ(unknown.state(), S::kSelfTest) << "tested, but its angle is not known";
+  EXPECT_EQ(unknown.step(0, peer(S::kEngaged, OperatorAct::kEngage, true)), S::kSelfTest);
+  EXPECT_EQ(started(Role::kFollower).step(0, act(OperatorAct::kHome)), S::kReady) << "an angle that is known stays";
+  for (const OperatorAct one : {OperatorAct::kEngage, OperatorAct::kHold, OperatorAct::kReset, OperatorAct::kHome}) {
+    Engagement machine = unknown;
+    ASSERT_EQ(machine.step(1, act(OperatorAct::kHome)), S::kHoming);
+    EXPECT_EQ(machine.step(2, act(one)), S::kFault);
+    EXPECT_EQ(machine.reason(), Reason::kOperator);
+  }
+  Engagement done = unknown;
+  done.step(1, act(OperatorAct::kHome));
+  EngagementInputs in;
+  in.homing = HomingProgress::kDone;
+  EXPECT_EQ(done.step(2, in), S::kReady);
+  done.step(3, act(OperatorAct::kStop));
+  done.step(4, act(OperatorAct::kReset));
+  EXPECT_EQ(done.step(5, {}), S::kReady) << "a stop forgets no angle";
+  in = {};
+  in.device_valid = false;
+  EXPECT_EQ(done.step(6, in), S::kOff);
+  for (int k = 7; k < 20; ++k) EXPECT_EQ(done.step(k, {}), S::kSelfTest) << "a device that was away does";
+}
+
+// What one side may meet, as weather: rates that change now and then, so that the rare ways are walked too.
+class Weather {
+ public:
+  explicit Weather(std::uint64_t seed) : random_(seed) {}
+
+  EngagementInputs next() {
+    if (random_() % 128 == 0) turn();
+    EngagementInputs in;
+    if (happens(kAct) || random_() % 64 == 0) in.act = static_cast<OperatorAct>(random_() % 6);
+    in.device_valid = !happens(kLost);
+    in.finite = !happens(kNotFinite);
+    in.in_range = !happens(kOutOfRange);
+    in.at_rest = !happens(kNotAtRest);
+    if (happens(kHomed)) in.homing = random_() % 2 == 0 ? HomingProgress::kBlocked : HomingProgress::kDone;
+    if (happens(kGuardFault)) in.guard_fault = Reason::kOutOfRange;
+    in.limit_holds = happens(kPatientLimit);
+    in.peer_alive = !happens(kSilent);
+    if (happens(kPeerChanges)) peer_ = static_cast<S>(random_() % 9);
+    in.peer = peer_;
+    in.aligned = !happens(kApart);
+    return in;
+  }
+  Nanoseconds pause() { return random_() % 32 == 0 ? 20 : 1; }
+
+ private:
+  enum Event {
+    kAct,
+    kLost,
+    kNotFinite,
+    kOutOfRange,
+    kNotAtRest,
+    kHomed,
+    kGuardFault,
+    kPatientLimit,
+    kSilent,
+    kPeerChanges,
+    kApart,
+    kEvents
+  };
+  bool happens(Event event) { return random_() % 1024 < rate_[event]; }
+  void turn() {
+    constexpr std::uint64_t kRates[] = {0, 0, 0, 0, 0, 4, 32, 512};
+    for (std::uint64_t& rate : rate_) rate = kRates[random_() % 8];
+    rate_[kApart] = 512 * (random_() % 3);
+    if (random_() % 32 == 0) rate_[random_() % 2 == 0 ? kNotAtRest : kOutOfRange] = 1024;
+  }
+
+  std::mt19937_64 random_;
+  std::array<std::uint64_t, kEvents> rate_{};
+  S peer_ = S::kReady;
+};
+
+// Ten million steps: every transition is one of the table, every row of the table is taken, on each side that it is
+// for, and what the table is meant to promise holds, whatever its rows say.
+TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
+  std::map<std::pair<const Transition*, Role>, std::uint64_t> taken;
+  std::uint64_t steps = 0;
+  for (int round = 0; round < 40; ++round) {
+    const Role role = round % 2 == 0 ? Role::kLeader : Role::kFollower;
+    const EngagementParams params{
+        .timeout = 40, .self_test = 3, .self_test_limit = 12, .homing = round % 4 < 2, .homing_timeout = 40};
+    Weather weather(static_cast<std::uint64_t>(round) + 1);
+    Engagement machine(role, params);
+    Nanoseconds now = 0, unsound = 0;  // when the device was last seen unsound, or the test began
+    S last = machine.state();
+    bool disengaged_since = false, homed = false;
+    for (int k = 0; k < 250'000; ++k, ++steps) {
+      now += weather.pause();
+      const EngagementInputs in = weather.next();
+      disengaged_since |= in.peer_alive && in.peer != S::kEngaged;
+      if (!in.finite || !in.in_range || !in.at_rest) unsound = now;
+      if (!in.device_valid) homed = false;
+      const S next = machine.step(now, in);
+
+      const Transition* row = machine.taken();
+      ASSERT_EQ(row != nullptr, next != last);
+      if (row != nullptr) {
+        ASSERT_TRUE(row->from.has(last));
+        ASSERT_EQ(row->to, next);
+        ++taken[{row, role}];
       }
-      if (now == S::kEngaged) {
-        ASSERT_TRUE(in.peer_alive && in.device_valid);
+      // Latches, and what is stronger than all.
+      if (last == S::kFault || last == S::kStopped) {
+        ASSERT_TRUE(next == last || next == S::kFault || (next == S::kSelfTest && in.act == OperatorAct::kReset));
       }
-      if (role == Role::kFollower && now == S::kEngaged) {
+      if (last != S::kFault && (!in.finite || (role == Role::kFollower && in.guard_fault))) {
+        ASSERT_EQ(next, S::kFault);
+      }
+      if (in.act == OperatorAct::kStop) {
+        ASSERT_TRUE(next == S::kStopped || next == S::kFault);
+      }
+      if (!in.device_valid) {
+        ASSERT_EQ(asks_of(next), Asks::kNothing);
+      }
+      // What moves, and what may begin to.
+      if (asks_of(next) == Asks::kMotion) {
+        ASSERT_TRUE(next == S::kHoming || next == S::kAligning || next == S::kEngaged || next == S::kHolding);
+        ASSERT_TRUE(last != S::kOff && last != S::kFault && last != S::kStopped);
+        ASSERT_TRUE(last != S::kSelfTest || next == S::kHoming);
+      }
+      if (next != last && next == S::kHoming) {
+        ASSERT_TRUE(last == S::kSelfTest && params.homing && !homed && in.act == OperatorAct::kHome);
+      }
+      if (next != last && (next == S::kHoming || (next == S::kReady && last == S::kSelfTest))) {
+        ASSERT_GE(now - unsound, params.self_test);
+      }
+      if (next == S::kReady && last == S::kSelfTest) {
+        ASSERT_TRUE(homed || !params.homing);
+      }
+      if (next != last && next == S::kAligning) {
+        ASSERT_TRUE(role == Role::kLeader && in.act == OperatorAct::kEngage && in.peer_alive);
+      }
+      if (next != last && next == S::kEngaged) {
+        ASSERT_TRUE(in.peer_alive && in.aligned);
+        ASSERT_EQ(last == S::kAligning, role == Role::kLeader);
+        ASSERT_TRUE(role == Role::kLeader || (disengaged_since && in.peer == S::kEngaged && !in.limit_holds));
+      }
+      if (next == S::kEngaged || next == S::kAligning) {
+        ASSERT_TRUE(in.peer_alive && in.act != OperatorAct::kHold);
+      }
+      if (next == S::kEngaged && role == Role::kFollower) {
         ASSERT_EQ(in.peer, S::kEngaged);
       }
-      if (now != last) disengaged_since = false;
-      last = now;
+
+      if (next != last) {
+        disengaged_since = false;
+        unsound = now;
+      }
+      if (last == S::kHoming && next == S::kReady) homed = true;
+      if (next == S::kFault) homed = false;
+      last = next;
     }
+  }
+  std::printf("%llu steps\n", static_cast<unsigned long long>(steps));
+  EXPECT_EQ(steps, 10'000'000u);
+  for (const Transition& row : Engagement::transitions()) {
+    using enum Transition::Whose;
+    const std::uint64_t leader = taken[{&row, Role::kLeader}], follower = taken[{&row, Role::kFollower}];
+    EXPECT_EQ(leader > 0, row.whose != kFollower) << row.when;
+    EXPECT_EQ(follower > 0, row.whose != kLeader) << row.when;
+    std::printf("%8llu %8llu  %-9s %s\n", static_cast<unsigned long long>(leader),
+                static_cast<unsigned long long>(follower), name_of(row.to), row.when);
+  }
+}
+
+// Every row in Markdown, as STATES.md holds it.
+std::string in_markdown() {
+  const auto capital = [](std::string name) {
+    name[0] = static_cast<char>(std::toupper(name[0]));
+    return name;
+  };
+  std::string text = "| from | to | when | whose | reason |\n|---|---|---|---|---|\n";
+  for (const Transition& row : Engagement::transitions()) {
+    std::string from, others;
+    int count = 0;
+    for (int k = 0; k <= static_cast<int>(kLastState); ++k) {
+      const S state = static_cast<S>(k);
+      std::string& list = row.from.has(state) ? from : others;
+      list += (list.empty() ? "" : ", ") + capital(name_of(state));
+      count += row.from.has(state);
+    }
+    if (count > 4) from = "all but " + others;
+    constexpr const char* kWhose[] = {"either", "therapist", "patient"};
+    text += "| " + from + " | " + capital(name_of(row.to)) + " | " + row.when + " | " +
+            kWhose[static_cast<int>(row.whose)] + " | " +
+            (row.reason == Reason::kNone ? "what it found" : name_of(row.reason)) + " |\n";
+  }
+  return text;
+}
+
+TEST(Engagement, TheTableInTheDocumentIsTheOneInTheCode) {
+  std::ostringstream document;
+  document << std::ifstream(FARHAND_STATES).rdbuf();
+  EXPECT_NE(document.str().find(in_markdown()), std::string::npos) << "common/STATES.md must hold this table:\n\n"
+                                                                   << in_markdown();
+  for (int k = 0; k <= static_cast<int>(kLastState); ++k) {
+    const S state = static_cast<S>(k);
+    std::string name = name_of(state);
+    name[0] = static_cast<char>(std::toupper(name[0]));
+    const std::string row = "| " + name + " | " + std::to_string(k) + " | " + name_of(asks_of(state)) + " |";
+    EXPECT_NE(document.str().find(row), std::string::npos) << "no row begins with " << row;
   }
 }
 

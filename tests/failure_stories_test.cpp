@@ -11,6 +11,7 @@
 
 #include "common/link/packet.hpp"
 #include "common/record/mcap_reader.hpp"
+#include "common/scene/states.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/session_processes.hpp"
 
@@ -40,7 +41,7 @@ constexpr Nanoseconds kSettled = kSecond / 2;
 constexpr Nanoseconds kTimeout = 100 * kMillisecond;  // the scene's default
 
 bool is(const StationSample& row, StationState state) { return row.state == static_cast<int>(state); }
-bool driven(const StationSample& row) { return !is(row, StationState::kReady) && !is(row, StationState::kFault); }
+bool driven(const StationSample& row) { return asks_of(static_cast<StationState>(row.state)) == Asks::kMotion; }
 
 // When the operator's last act was answered: the last tick at which the leader began to align. 0: never.
 Nanoseconds last_engaging(const Series& master) {
@@ -264,7 +265,7 @@ TEST_F(Stories, McuKilledTheSlaveLetsGoAndTheMasterHolds) {
   begin();
   if (HasFatalFailure()) return;
   kill(Program::kMcu);
-  EXPECT_TRUE(comes_to_say(Program::kSlave, "ready: device lost"));
+  EXPECT_TRUE(comes_to_say(Program::kSlave, "off: device lost"));
   EXPECT_TRUE(comes_to_say(Program::kMaster, "holding: peer let go"));
   expect_alive_but(Program::kMcu);
   session_->start(Program::kMcu);
@@ -276,7 +277,7 @@ TEST_F(Stories, WithoutItsDeviceAtTheEndTheSlaveSaysSoAndFails) {
   begin();
   if (HasFatalFailure()) return;
   session_->kill(Program::kMcu);
-  EXPECT_TRUE(comes_to_say(Program::kSlave, "ready: device lost"));
+  EXPECT_TRUE(comes_to_say(Program::kSlave, "off: device lost"));
   ChildProcess& slave = (*session_)[Program::kSlave];
   slave.send_signal(SIGTERM);
   EXPECT_EQ(slave.wait(), 1);

@@ -78,14 +78,14 @@ struct Pair {
   Side<FourChannel<DirectDrive<1>>> slave{Role::kFollower};
   Nanoseconds now = 0, delay = 30 * kMillisecond;
   bool forward = true, backward = true;  // the link carries
-  OperatorAct act = OperatorAct::kNone;
+  OperatorAct act = OperatorAct::kNone, slave_act = OperatorAct::kNone;
 
   void tick() {
     now += kMillisecond;
     master.axis.advance(1);
     slave.axis.advance(1);
     const Packet<1> from_master = master.tick(now, std::exchange(act, OperatorAct::kNone), 1).packet;
-    const Packet<1> from_slave = slave.tick(now, OperatorAct::kNone, 1).packet;
+    const Packet<1> from_slave = slave.tick(now, std::exchange(slave_act, OperatorAct::kNone), 1).packet;
     EXPECT_TRUE(from_master.motion.finite() && from_slave.motion.finite());
     if (forward) slave.inbox.emplace_back(now + delay, from_master);
     if (backward) master.inbox.emplace_back(now + delay, from_slave);
@@ -143,6 +143,8 @@ TEST(Station, AReadingThatIsNoNumberCutsTheTorqueAtOnceAndForGood) {
         fails(pair.master, pair.slave);
         pair.act = OperatorAct::kReset;
         pair.run(1);
+        EXPECT_EQ(pair.master.state(), S::kSelfTest);
+        pair.run(20);
         EXPECT_EQ(pair.master.state(), S::kReady);
         pair.engage();
       } else {
@@ -192,7 +194,10 @@ struct Continuity {
   double largest_step = 0, largest_torque_step_at_change = 0;
 
   void see(const TickTrace<1>& now, const Joints<1>& tau) {
-    if (begun) {
+    if (asks_of(now.state) == Asks::kNothing) {
+      ASSERT_EQ(tau[0], 0.0) << name_of(now.state);  // at once, from whatever it was
+      changes += begun && now.state != last.state;
+    } else if (begun) {
       const Joints<1> dx = (now.target.x - last.target.x).abs();
       const Joints<1> own = (now.local.x - last.local.x).abs();
       if (now.state != last.state) {
@@ -250,6 +255,7 @@ TEST(Station, NothingJumpsWhateverTheOperatorAndTheNetworkDo) {
       if (dice < 10) pair.act = OperatorAct::kEngage;
       if (dice == 10) pair.act = OperatorAct::kHold;
       if (dice == 11) pair.act = OperatorAct::kStop;
+      if (dice >= 40 && dice < 50) pair.act = OperatorAct::kReset;
       if (dice == 12) pair.forward = !pair.forward;
       if (dice == 13) pair.backward = !pair.backward;
       if (dice >= 20 && dice < 30) pair.forward = pair.backward = true;
@@ -372,20 +378,48 @@ TEST(Station, HoldAndStopReachBothSides) {
   pair.engage();
   pair.act = OperatorAct::kStop;
   pair.run(1);
-  EXPECT_EQ(pair.master.state(), S::kReady);
-  pair.run(300);  // let go within 0.2 s; without gravity nothing is left
+  EXPECT_EQ(pair.master.state(), S::kStopped);
   EXPECT_EQ(pair.master.axis.torque[0], 0.0);
+  pair.run(300);  // the other lets go within 0.2 s; without gravity nothing is left
   EXPECT_EQ(pair.slave.state(), S::kReady);
+  EXPECT_EQ(pair.slave.trace().reason, Reason::kPeerStopped);
   EXPECT_EQ(pair.slave.axis.torque[0], 0.0);
+  pair.act = OperatorAct::kEngage;
+  pair.run(300);
+  EXPECT_EQ(pair.master.state(), S::kStopped);
+  pair.act = OperatorAct::kReset;
   pair.engage();
 }
 
-TEST(Station, ADeviceThatIsLostIsReadyOnceItIsBack) {
+TEST(Station, WhatThePatientStoppedTheTherapistCannotStart) {
+  Pair pair;
+  pair.engage();
+  pair.slave_act = OperatorAct::kStop;
+  pair.run(1);
+  EXPECT_EQ(pair.slave.state(), S::kStopped);
+  EXPECT_EQ(pair.slave.axis.torque[0], 0.0);
+  pair.run(100);
+  EXPECT_EQ(pair.master.state(), S::kHolding);
+  EXPECT_EQ(pair.master.trace().reason, Reason::kPeerStopped);
+  const OperatorAct acts[] = {OperatorAct::kEngage, OperatorAct::kStop, OperatorAct::kReset, OperatorAct::kEngage};
+  for (const OperatorAct act : acts) {
+    pair.act = act;
+    for (int k = 0; k < 1000; ++k) {
+      pair.tick();
+      ASSERT_EQ(pair.slave.state(), S::kStopped);
+      ASSERT_EQ(pair.slave.axis.torque[0], 0.0);
+    }
+  }
+  pair.slave_act = OperatorAct::kReset;
+  pair.engage();
+}
+
+TEST(Station, ADeviceThatIsLostIsTestedOnceItIsBack) {
   Pair pair;
   pair.engage();
   pair.slave.connected = false;
   pair.run(1);
-  EXPECT_EQ(pair.slave.state(), S::kReady);
+  EXPECT_EQ(pair.slave.state(), S::kOff);
   EXPECT_EQ(pair.slave.trace().reason, Reason::kDeviceLost);
   EXPECT_EQ(pair.slave.axis.torque[0], 0.0);
   pair.run(100);
@@ -396,7 +430,7 @@ TEST(Station, ADeviceThatIsLostIsReadyOnceItIsBack) {
   pair.slave.connected = true;
   for (int k = 0; k < 500; ++k) {
     pair.tick();
-    ASSERT_EQ(pair.slave.state(), S::kReady);
+    ASSERT_EQ(pair.slave.state(), k < 20 ? S::kSelfTest : S::kReady);
     ASSERT_LT(std::abs(pair.slave.trace().local.v[0]), 0.01);
     ASSERT_EQ(pair.slave.axis.torque[0], 0.0);
   }

@@ -161,10 +161,23 @@ void check_serial_line(Checker& checker, const scene::Scene& scene) {
                                  "least 0.00087 s");
 }
 
+// A lead of the motion to follow is a torque only where both gains are there.
+void check_homing(Checker& checker, const scene::Axis& axis, const scene::Control& control, const std::string& prefix) {
+  if (!axis.has_homing()) return;
+  const scene::Homing& homing = axis.homing();
+  if (homing.stop_rad() == homing.back_rad())
+    checker.complain(prefix + "homing.stop_rad", prefix + "homing.stop_rad = " + shortest(homing.stop_rad()) +
+                                                     " is also back_rad: in which direction is the stop?");
+  if (control.k_p_per_s2() == 0 || control.k_f_per_kgm2() == 0)
+    checker.complain(prefix + "homing", prefix + "homing needs control.K_p_per_s2 and control.K_f_per_kgm2 above 0");
+}
+
 void check_together(Checker& checker, const scene::Scene& scene) {
   check_order(checker, scene.control(), "control.", "f_1_nm", "f_2_nm");
   check_order(checker, scene.master().axis(), "master.axis.", "range_min_rad", "range_max_rad");
   check_order(checker, scene.slave().axis(), "slave.axis.", "range_min_rad", "range_max_rad");
+  check_homing(checker, scene.master().axis(), scene.control(), "master.axis.");
+  check_homing(checker, scene.slave().axis(), scene.control(), "slave.axis.");
   check_order(checker, scene.master().motor(), "master.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().motor(), "slave.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().series_elastic(), "slave.series_elastic.", "stop_min_rad", "stop_max_rad");

@@ -1,13 +1,32 @@
 #include "common/config/operator_timeline.hpp"
 
 namespace farhand {
+namespace {
 
-OperatorTimeline::OperatorTimeline(const scene::Scene& scene) {
+OperatorAct act_of(scene::Act act) {
+  switch (act) {
+    case scene::ENGAGE:
+      return OperatorAct::kEngage;
+    case scene::HOLD:
+      return OperatorAct::kHold;
+    case scene::STOP:
+      return OperatorAct::kStop;
+    case scene::RESET:
+      return OperatorAct::kReset;
+    case scene::HOME:
+      return OperatorAct::kHome;
+    default:
+      break;
+  }
+  return OperatorAct::kNone;
+}
+
+}  // namespace
+
+OperatorTimeline::OperatorTimeline(const scene::Scene& scene, Role side) {
+  const scene::Person person = side == Role::kLeader ? scene::THERAPIST : scene::PATIENT;
   for (const scene::OperatorAct& timed : scene.operator_acts()) {
-    const OperatorAct act = timed.act() == scene::ENGAGE ? OperatorAct::kEngage
-                            : timed.act() == scene::HOLD ? OperatorAct::kHold
-                                                         : OperatorAct::kStop;
-    acts_.push_back({timed.at_s(), act});
+    if (timed.by() == person) acts_.push_back({timed.at_s(), act_of(timed.act())});
   }
 }
 

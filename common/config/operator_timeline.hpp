@@ -1,16 +1,16 @@
-// What the scene's operator does, in order of time.
+// What the scene's people do on one side, in order of time.
 #pragma once
 
 #include <vector>
 
-#include "common/scene/engagement.hpp"
+#include "common/scene/states.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {
 
 class OperatorTimeline {
  public:
-  explicit OperatorTimeline(const scene::Scene& scene);
+  OperatorTimeline(const scene::Scene& scene, Role side);
 
   // The act that is due at t_s, one per call.
   OperatorAct next(double t_s) noexcept {

@@ -40,6 +40,12 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
   p.receive.playout_max = from_seconds(r.playout_max_s());
   p.receive.expiry = from_seconds(r.expiry_s());
   p.engagement.timeout = from_seconds(e.timeout_s());
+  if (axis.has_homing()) {
+    const scene::Homing& h = axis.homing();
+    p.engagement.homing = true;
+    p.engagement.homing_timeout = from_seconds(h.timeout_s());
+    p.homing = {.stop = h.stop_rad(), .back = h.back_rad(), .speed = h.speed_rad_s(), .torque = h.torque_nm()};
+  }
   p.align_speed = e.align_speed_rad_s();
   p.align_tolerance = e.align_tolerance_rad();
   p.blend_s = e.blend_s();

@@ -43,6 +43,8 @@ class TorqueGate {
     return applied_;
   }
 
+  void limit(const GateParams& params) noexcept { params_ = params; }  // keeps the rate
+
   // Zero without a ramp.
   const Joints<N>& cut() noexcept {
     active_ = 0;
@@ -66,6 +68,8 @@ template <int N>
 class ReferenceGate {
  public:
   ReferenceGate(const GateParams& params, double dt_s) : params_(params), step_(params.velocity * dt_s) {}
+
+  void limit(const GateParams& params) noexcept { params_ = params; }  // keeps the velocity of a position
 
   // The next reference starts from x: call it while the axis is not driven.
   void reset(const Joints<N>& x) noexcept {

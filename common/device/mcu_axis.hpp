@@ -41,6 +41,7 @@ class McuAxis {
     const bool fresh = heard_ && t_s - heard_s_ <= kSilence;
     const bool obeys = !tracking_ || state_ == mcu::State::kTrack || t_s - tracking_since_s_ < kTakeOver;
     sensed_.valid = fresh && !port.lost() && state_ != mcu::State::kFault && obeys;
+    sensed_.at_rest = state_ == mcu::State::kSafe;
     return sensed_;
   }
 

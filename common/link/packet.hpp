@@ -11,8 +11,18 @@ namespace farhand {
 inline constexpr std::uint32_t kProtocolVersion = 1;
 
 // What a station is doing. The numbers are on the wire and in recordings: never reuse one.
-enum class StationState : std::uint8_t { kReady = 0, kAligning = 1, kEngaged = 2, kHolding = 3, kFault = 4 };
-inline constexpr StationState kLastState = StationState::kFault;  // the codec rejects anything beyond
+enum class StationState : std::uint8_t {
+  kReady = 0,
+  kAligning = 1,
+  kEngaged = 2,
+  kHolding = 3,
+  kFault = 4,
+  kOff = 5,
+  kSelfTest = 6,
+  kHoming = 7,
+  kStopped = 8
+};
+inline constexpr StationState kLastState = StationState::kStopped;  // the codec rejects anything beyond
 
 template <int N>
 struct Packet {

@@ -55,6 +55,14 @@ Lanes::Stretch state_stretch(int state, double from, double until) {
       return {from, until, "#e6700b", 0.75, "holding"};
     case StationState::kFault:
       return {from, until, "#111111", 1, ""};
+    case StationState::kOff:
+      return {from, until, "#ffffff", 1, ""};
+    case StationState::kSelfTest:
+      return {from, until, "#dadaeb", 1, ""};
+    case StationState::kHoming:
+      return {from, until, "#9e9ac8", 1, "homing"};
+    case StationState::kStopped:
+      return {from, until, "#a50f15", 1, "stopped"};
   }
   return {from, until, "#111111", 1, ""};
 }

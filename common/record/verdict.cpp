@@ -31,7 +31,10 @@ bool whole(const std::vector<StationSample>& side, const scene::Scene& scene) {
 // From HOLD or STOP to the next ENGAGE. The live operator leaves events; the timeline of a scene leaves its acts.
 std::vector<std::pair<double, double>> operator_holds(const Session& session, const scene::Scene& scene) {
   std::vector<std::pair<double, bool>> acts;  // time, engages
-  for (const scene::OperatorAct& act : scene.operator_acts()) acts.emplace_back(act.at_s(), act.act() == scene::ENGAGE);
+  for (const scene::OperatorAct& act : scene.operator_acts()) {
+    if (act.act() == scene::ENGAGE || act.act() == scene::HOLD || act.act() == scene::STOP)
+      acts.emplace_back(act.at_s(), act.act() == scene::ENGAGE);
+  }
   for (const SessionEvent& event : session.events) {
     for (const auto* word : {"operator: engage", "operator: hold", "operator: stop"}) {
       if (event.text.rfind(word, 0) == 0) acts.emplace_back(event.t_s, std::string_view(word) == "operator: engage");

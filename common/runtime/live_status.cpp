@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "common/scene/engagement.hpp"
+#include "common/scene/states.hpp"
 
 namespace farhand {
 namespace {
@@ -31,7 +31,7 @@ void write_if_ready(int fd, const std::string& text) {
 std::string format_live_status(const LiveStatus& s) {
   char text[200];
   std::snprintf(text, sizeof text,
-                "%7.1f s  %-8s  x_m %+7.3f  x_s %+7.3f rad  f_m %+7.3f  f_s %+7.3f N m  RTT %s ms  loss %s %%", s.t_s,
+                "%7.1f s  %-9s  x_m %+7.3f  x_s %+7.3f rad  f_m %+7.3f  f_s %+7.3f N m  RTT %s ms  loss %s %%", s.t_s,
                 name_of(s.state), s.x_m_rad, s.x_s_rad, s.f_m_nm, s.f_s_nm,
                 number_or_dash("%.1f", 1e3 * s.rtt_s).c_str(), number_or_dash("%.1f", 1e2 * s.loss_share).c_str());
   return text;

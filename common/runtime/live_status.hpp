@@ -14,7 +14,7 @@ namespace farhand {
 
 struct LiveStatus {
   double t_s = 0;
-  StationState state = StationState::kReady;
+  StationState state = StationState::kOff;
   double x_m_rad = 0, x_s_rad = 0;
   double f_m_nm = 0, f_s_nm = 0;
   double rtt_s = 0;       // NaN while unknown

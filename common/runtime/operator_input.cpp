@@ -20,6 +20,8 @@ std::optional<OperatorAct> act_of_key(char key) noexcept {
       return OperatorAct::kStop;
     case 'r':
       return OperatorAct::kReset;
+    case 'o':
+      return OperatorAct::kHome;
     default:
       return std::nullopt;
   }
@@ -30,6 +32,7 @@ std::optional<OperatorAct> act_of_word(std::string_view word) noexcept {
   if (word == "hold") return OperatorAct::kHold;
   if (word == "stop") return OperatorAct::kStop;
   if (word == "reset") return OperatorAct::kReset;
+  if (word == "home") return OperatorAct::kHome;
   return std::nullopt;
 }
 

@@ -57,7 +57,7 @@ void StationLoop::receive(Nanoseconds now) noexcept {
 OperatorAct StationLoop::next_act(double t_s) noexcept {
   if (stopping_) return OperatorAct::kStop;
   if (const std::optional<OperatorAct> act = ports_.operator_input->poll()) return *act;
-  return ports_.timeline != nullptr ? ports_.timeline->next(t_s) : OperatorAct::kNone;
+  return ports_.timeline->next(t_s);
 }
 
 void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noexcept {
@@ -153,7 +153,7 @@ int run_station(const StationSession& session) {
   const char* role = session.role == Role::kLeader ? "master" : "slave";
   const scene::Scene& scene = session.scene.scene;
   const std::unique_ptr<Recorder> recorder = start_recorder(session.record, session.scene, role);
-  OperatorTimeline timeline(scene);
+  OperatorTimeline timeline(scene, session.role);
   RunStats stats;
   StationCounters counters;
   {
@@ -163,7 +163,7 @@ int run_station(const StationSession& session) {
                       .recorder = recorder.get(),
                       .status = &status,
                       .operator_input = &session.operator_input,
-                      .timeline = session.role == Role::kLeader ? &timeline : nullptr});
+                      .timeline = &timeline});
     stats = run(loop_params(scene, from_seconds(scene.tick_s()), session.stop), loop);
     counters = loop.counters(stats);
   }

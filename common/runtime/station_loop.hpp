@@ -18,13 +18,13 @@
 
 namespace farhand {
 
-// What a station talks to. The recorder and the timeline may be absent.
+// What a station talks to. The recorder may be absent.
 struct StationPorts {
   PeerLink* link = nullptr;
   Recorder* recorder = nullptr;
   LiveStatusPrinter* status = nullptr;
   OperatorInput* operator_input = nullptr;
-  OperatorTimeline* timeline = nullptr;  // what the scene's operator does: the master's only
+  OperatorTimeline* timeline = nullptr;  // what the scene's people do on this side
 };
 
 class StationLoop {
@@ -54,7 +54,7 @@ class StationLoop {
   double first_heard_s_ = 0.0;
   bool stopping_ = false;
   int stopping_ticks_ = 0;
-  StationState noted_ = StationState::kReady;
+  StationState noted_ = StationState::kOff;
 };
 
 // What the main of a station has made, and how its user wants it run.

@@ -40,6 +40,9 @@ class DirectDrive {
   // Nothing, at once: what a fault leaves.
   Command safe() noexcept;
 
+  bool at_rest(const Sensed& /*sensed*/) const noexcept { return (gate_.applied() == 0.0).all(); }
+  void limit(const GateParams& gate) noexcept { gate_.limit(gate); }  // from now on
+
   double effort() const noexcept { return gate_.applied()[0]; }
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
 
@@ -85,6 +88,9 @@ class ReferenceDrive {
   }
 
   Command safe() noexcept { return {false, gate_.applied()}; }  // the device ramps down by itself
+
+  bool at_rest(const Sensed& sensed) const noexcept { return sensed.at_rest; }
+  void limit(const GateParams& gate) noexcept { gate_.limit(gate); }  // from now on
 
   double effort() const noexcept { return gate_.applied().f[0]; }
   std::uint32_t active_limits() const noexcept { return gate_.active(); }

@@ -25,6 +25,7 @@ struct ReferenceIo {
     Joints<N> x = Joints<N>::Zero();  // rad
     Joints<N> f = Joints<N>::Zero();  // reaction, N m
     bool valid = false;               // false: no fresh telemetry, or the device is in a fault
+    bool at_rest = true;              // the device says that it follows nothing
     bool finite() const noexcept { return x.allFinite() && f.allFinite(); }
   };
   struct Command {

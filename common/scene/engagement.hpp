@@ -1,133 +1,80 @@
-// When may the two sides move each other? One small state machine, the same table on both sides.
-//
-//   Ready     nothing is driven.                        Aligning  the therapist's device is led to the patient's angle.
-//   Engaged   the law has the axis.                     Holding   stays softly where it is: the peer is silent, or
-//   asked to hold. Fault     nothing is driven, until reset.
-//
-// The leader (therapist) engages by an operator's act. The follower (patient) engages only on the *edge* of a leader
-// that it has seen disengaged since it last let go, so that no stale or resumed stream of "engaged" packets can take
-// the hand.
+// When may the two sides move each other? One machine on both sides; the table of its transitions, in engagement.cpp,
+// is the whole of it: the first row that applies is taken, and what no row allows does not happen.
 #pragma once
 
-#include "common/link/packet.hpp"
+#include <optional>
+#include <span>
+
+#include "common/scene/states.hpp"
 
 namespace farhand {
 
-enum class Role : std::uint8_t { kLeader, kFollower };
-
-enum class OperatorAct : std::uint8_t { kNone, kEngage, kHold, kStop, kReset };
-
-// Why the state last changed; in events and on the status line.
-enum class Reason : std::uint8_t {
-  kStart,
-  kOperator,
-  kPeerSilent,
-  kPeerFault,
-  kPeerLetGo,
-  kPeerEngaged,
-  kAligned,
-  kTimeout,
-  kDeviceLost,
-  kNotFinite
-};
-
-constexpr const char* name_of(StationState state) noexcept {
-  constexpr const char* kNames[] = {"ready", "aligning", "engaged", "holding", "fault"};
-  return kNames[static_cast<int>(state)];
-}
-constexpr const char* name_of(OperatorAct act) noexcept {
-  constexpr const char* kNames[] = {"nothing", "engage", "hold", "stop", "reset"};
-  return kNames[static_cast<int>(act)];
-}
-constexpr const char* name_of(Reason reason) noexcept {
-  constexpr const char* kNames[] = {
-      "start",        "operator", "peer silent", "peer in fault", "peer let go",
-      "peer engaged", "aligned",  "timeout",     "device lost",   "reading is not a number"};
-  return kNames[static_cast<int>(reason)];
-}
-
 struct EngagementParams {
-  Nanoseconds timeout = 5 * kSecond;  // gives up aligning, or waiting for the follower to engage
+  Nanoseconds timeout = 5 * kSecond;          // gives up aligning, or waiting for the follower to engage
+  Nanoseconds self_test = 20 * kMillisecond;  // so long nothing may be wrong,
+  Nanoseconds self_test_limit = kSecond;      // and that within this time
+  bool homing = false;                        // the device does not know its angle until it was led to a stop
+  Nanoseconds homing_timeout = 30 * kSecond;
 };
+
+enum class HomingProgress : std::uint8_t { kUnderway, kBlocked, kDone };
 
 struct EngagementInputs {
-  OperatorAct act = OperatorAct::kNone;
-  bool device_valid = true;  // own device can be read and obeys
-  bool finite = true;        // its readings are numbers
+  OperatorAct act = OperatorAct::kNone;  // of this side
+  bool device_valid = true;              // own device can be read and obeys
+  bool finite = true;                    // its readings are numbers,
+  bool in_range = true;                  // such as this device can give
+  bool at_rest = true;                   // no torque is commanded, and the device says that it gives none
+  HomingProgress homing = HomingProgress::kUnderway;
+  std::optional<Reason> guard_fault;  // what the guard of the patient's side finds wrong
+  bool limit_holds = false;           // a limit of the patient's side asks for rest
   bool peer_alive = false;
   StationState peer = StationState::kReady;
-  bool aligned = false;  // close enough to the peer to engage
+  bool aligned = false;  // close enough to the peer to engage, and nothing still fades
+};
+
+// What a transition may look at.
+struct Circumstances {
+  const EngagementInputs& in;
+  const EngagementParams& params;
+  Nanoseconds here;                              // time in this state
+  Nanoseconds sound;                             // the latest part of it in which the self-test found nothing wrong
+  bool homed;                                    // since the device was last found
+  bool peer_seen_engaged, peer_seen_disengaged;  // in this state
+};
+
+struct Transition {
+  enum class Whose : std::uint8_t { kEither, kLeader, kFollower };
+  StateSet from;
+  StationState to;
+  Reason reason;  // kNone: the one that the guard gives
+  Whose whose;
+  const char* when;
+  bool (*applies)(const Circumstances&) noexcept;
 };
 
 class Engagement {
  public:
   Engagement(Role role, const EngagementParams& params) : role_(role), params_(params) {}
 
-  StationState step(Nanoseconds now, const EngagementInputs& in) noexcept {
-    if (in.peer_alive && in.peer != StationState::kEngaged) peer_seen_disengaged_ = true;
-    if (in.peer_alive && in.peer == StationState::kEngaged) peer_seen_engaged_ = true;
-    const auto [next, reason] = decide(now, in);
-    if (next != state_) {
-      state_ = next;
-      reason_ = reason;
-      since_ = now;
-      peer_seen_disengaged_ = false;
-      peer_seen_engaged_ = false;
-    }
-    return state_;
-  }
+  StationState step(Nanoseconds now, const EngagementInputs& in) noexcept;
 
   StationState state() const noexcept { return state_; }
   Reason reason() const noexcept { return reason_; }
 
+  static std::span<const Transition> transitions() noexcept;
+  const Transition* taken() const noexcept { return taken_; }  // by the last step; null if it stayed
+
  private:
-  struct Decision {
-    StationState next;
-    Reason reason;
-  };
-
-  Decision decide(Nanoseconds now, const EngagementInputs& in) const noexcept {
-    using S = StationState;
-    if (state_ == S::kFault) return in.act == OperatorAct::kReset ? Decision{S::kReady, Reason::kOperator} : stay();
-    if (!in.finite) return {S::kFault, Reason::kNotFinite};
-    if (!in.device_valid) return {S::kReady, Reason::kDeviceLost};
-    if (in.act == OperatorAct::kStop) return {S::kReady, Reason::kOperator};
-    if (state_ == S::kReady || state_ == S::kHolding) return from_rest(in);
-    if (in.act == OperatorAct::kHold) return {S::kHolding, Reason::kOperator};
-    if (!in.peer_alive) return {S::kHolding, Reason::kPeerSilent};
-    if (in.peer == S::kFault) return {S::kHolding, Reason::kPeerFault};
-    if (state_ == S::kAligning) {
-      if (in.aligned) return {S::kEngaged, Reason::kAligned};
-      return now - since_ > params_.timeout ? Decision{S::kHolding, Reason::kTimeout} : stay();
-    }
-    if (role_ == Role::kFollower) {
-      if (in.peer == S::kEngaged) return stay();
-      // A therapist who stops lets the hand go; one who holds keeps it where it is.
-      return {in.peer == S::kReady ? S::kReady : S::kHolding, Reason::kPeerLetGo};
-    }
-    // The follower hears of the engagement one delay later and answers one more later.
-    if (peer_seen_engaged_) return in.peer == S::kEngaged ? stay() : Decision{S::kHolding, Reason::kPeerLetGo};
-    return now - since_ > params_.timeout ? Decision{S::kHolding, Reason::kTimeout} : stay();
-  }
-
-  Decision from_rest(const EngagementInputs& in) const noexcept {
-    using S = StationState;
-    if (!in.peer_alive) return stay();
-    if (role_ == Role::kLeader) {
-      const bool asked = in.act == OperatorAct::kEngage && (in.peer == S::kReady || in.peer == S::kHolding);
-      return asked ? Decision{S::kAligning, Reason::kOperator} : stay();
-    }
-    const bool edge = in.peer == S::kEngaged && peer_seen_disengaged_ && in.aligned;
-    return edge ? Decision{S::kEngaged, Reason::kPeerEngaged} : stay();
-  }
-
-  Decision stay() const noexcept { return {state_, reason_}; }
+  void take(const Transition& row, Nanoseconds now, const EngagementInputs& in) noexcept;
 
   Role role_;
   EngagementParams params_;
-  StationState state_ = StationState::kReady;
+  StationState state_ = StationState::kOff;
   Reason reason_ = Reason::kStart;
-  Nanoseconds since_ = 0;
+  const Transition* taken_ = nullptr;
+  Nanoseconds since_ = 0, sound_since_ = 0;
+  bool homed_ = false;
   bool peer_seen_disengaged_ = false;
   bool peer_seen_engaged_ = false;
 };

@@ -5,6 +5,7 @@
 #include "common/link/receiver_params.hpp"
 #include "common/observer/axis_model.hpp"
 #include "common/scene/engagement.hpp"
+#include "common/scene/homing.hpp"
 
 namespace farhand {
 
@@ -35,6 +36,7 @@ struct StationParams {
   SceneParams scene;
   ReceiverParams receive;
   EngagementParams engagement;
+  HomingParams homing;            // used where the engagement asks for it
   double align_speed = 0.3;       // rad/s
   double align_tolerance = 0.01;  // rad
   double blend_s = 0.5;

@@ -6,6 +6,9 @@
 // -> send.
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "common/link/receiver.hpp"
 #include "common/scene/blend.hpp"
 #include "common/scene/engagement.hpp"
@@ -32,13 +35,14 @@ class Station {
         scene_(p.scene),
         receiver_(p.receive, p.session),
         engagement_(p.role, p.engagement),
+        homing_(p.homing, p.scene.drive.K, p.scene.drive.dt_s),
         blend_(p.blend_s, p.align_speed) {}
 
   // A packet arrived at `now` (local monotonic clock).
   Receipt receive(const Packet<N>& packet, Nanoseconds now) noexcept { return receiver_.accept(packet, now); }
 
   // ticks: control periods since the last call, 1 unless some were missed.
-  Output tick(Nanoseconds now, const typename Drive::Sensed& sensed, OperatorAct act = OperatorAct::kNone,
+  Output tick(Nanoseconds now, const typename Drive::Sensed& read, OperatorAct act = OperatorAct::kNone,
               int ticks = 1) noexcept;
 
   const TickTrace<N>& trace() const noexcept { return trace_; }
@@ -50,7 +54,23 @@ class Station {
   static constexpr double kFollowerGate = 0.0873;
   static constexpr double kLeap = 1e-3;  // rad
 
-  bool driven() const noexcept { return trace_.state != StationState::kReady && trace_.state != StationState::kFault; }
+  // A reading that lies further outside of the range of motion than half its width is none of this device.
+  bool in_range() const noexcept {
+    const GateParams& gate = params_.scene.drive.gate;
+    const double room = 0.5 * (gate.range_max - gate.range_min);
+    return (trace_.local.x >= gate.range_min - room && trace_.local.x <= gate.range_max + room).all();
+  }
+
+  // Its range and torque are not those of work: where the range is, is yet to be found.
+  GateParams homing_gate() const noexcept {
+    const DriveParams& drive = params_.scene.drive;
+    GateParams gate = drive.gate;
+    gate.torque = std::min(gate.torque, 2 * params_.homing.torque + drive.model.gravity + drive.model.coulomb);
+    gate.velocity = 2 * params_.homing.speed;
+    gate.range_min = -std::numeric_limits<double>::infinity();
+    gate.range_max = std::numeric_limits<double>::infinity();
+    return gate;
+  }
 
   // Following oneself asks for no acceleration.
   Motion<N> own_motion() const noexcept { return {trace_.local.x, trace_.local.v, -trace_.local.f}; }
@@ -61,11 +81,13 @@ class Station {
     in.act = act;
     in.device_valid = sensed.valid;
     in.finite = !sensed.valid || sensed.finite();
+    in.in_range = params_.engagement.homing || in_range();
+    in.at_rest = scene_.drive.at_rest(sensed);
+    in.homing = homing_.progress();
     in.peer_alive = peer_known && receiver_.alive(now);
     in.peer = receiver_.newest().state;
-    in.aligned =
-        peer_known && receiver_.settled(now) &&
-        (params_.role == Role::kLeader ? blend_.done() && offset < params_.align_tolerance : offset < kFollowerGate);
+    in.aligned = peer_known && receiver_.settled(now) && blend_.done() &&
+                 offset < (params_.role == Role::kLeader ? params_.align_tolerance : kFollowerGate);
     const StationState before = trace_.state;
     trace_.state = engagement_.step(now, in);
     trace_.reason = engagement_.reason();
@@ -73,10 +95,26 @@ class Station {
     if (!changed_) return;
     x_hold_ = trace_.local.x;
     if (trace_.state == StationState::kEngaged) scene_.start(trace_.remote);
+    if (trace_.state == StationState::kHoming) begin_homing();
+    if (before == StationState::kHoming) end_homing();
+  }
+
+  void begin_homing() noexcept {
+    homing_.begin(trace_.local.x[0]);
+    scene_.drive.limit(homing_gate());
+  }
+
+  void end_homing() noexcept {
+    scene_.drive.limit(params_.scene.drive.gate);
+    if (engagement_.reason() != Reason::kHomed) return;
+    zero_ += homing_.zero();
+    trace_.local.x += homing_.zero();
+    trace_.target.x += homing_.zero();
+    was_usable_ = false;  // the next reading is differentiated from itself
   }
 
   // The motion to follow, before blending.
-  Motion<N> choose() noexcept {
+  Motion<N> choose(int ticks) noexcept {
     switch (trace_.state) {
       case StationState::kEngaged:
         return scene_.target(trace_.local, trace_.remote);
@@ -84,8 +122,13 @@ class Station {
         return {trace_.remote.x, trace_.remote.v, -trace_.local.f};
       case StationState::kHolding:  // a spring of K_p / K_f N m/rad around here, so that the patient can push away
         return {x_hold_, Joints<N>::Zero(), Joints<N>::Zero()};
+      case StationState::kHoming:
+        return homing_.step(trace_.local, ticks);
+      case StationState::kOff:
+      case StationState::kSelfTest:
       case StationState::kReady:
       case StationState::kFault:
+      case StationState::kStopped:
         break;
     }
     return own_motion();
@@ -114,18 +157,22 @@ class Station {
   S scene_;
   Receiver<N> receiver_;
   Engagement engagement_;
+  Homing homing_;
   Blend<N> blend_;
   TickTrace<N> trace_;
   Joints<N> x_hold_ = Joints<N>::Zero();
   Joints<N> x_source_ = Joints<N>::Zero();
+  double zero_ = 0.0;  // rad, found by homing
   std::uint32_t seq_ = 0;
   bool was_usable_ = false;
   bool changed_ = false;
 };
 
 template <class S>
-auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& sensed, OperatorAct act, int ticks) noexcept
+auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, OperatorAct act, int ticks) noexcept
     -> Output {
+  typename Drive::Sensed sensed = read;
+  sensed.x += zero_;
   const bool usable = sensed.valid && sensed.finite();
   Motion<N>& local = trace_.local;
   if (usable) {
@@ -140,17 +187,23 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& sensed, Ope
   trace_.rtt = receiver_.rtt().value_or(0);
 
   decide(now, sensed, act, played.any);
-  const Motion<N> source = choose();
-  const bool elsewhere = changed_ || leapt(source, ticks);
-  if (elsewhere) blend_.begin(trace_.target, source);
-  trace_.target = blend_.step(source, elsewhere ? 0.0 : dt_s_ * ticks);
+  const Motion<N> source = choose(ticks);
+  const Asks asks = asks_of(trace_.state);
+  if (asks == Asks::kNothing) {
+    trace_.target = source;
+  } else {
+    const bool elsewhere = changed_ || leapt(source, ticks);
+    if (elsewhere) blend_.begin(trace_.target, source);
+    trace_.target = blend_.step(source, elsewhere ? 0.0 : dt_s_ * ticks);
+  }
   x_source_ = source.x;
   trace_.compensation = scene_.compensation();
 
   Output out;
-  out.command = usable && trace_.state != StationState::kFault
-                    ? scene_.drive.follow(local, trace_.target, driven(), ticks)
+  out.command = usable && asks != Asks::kNothing
+                    ? scene_.drive.follow(local, trace_.target, asks == Asks::kMotion, ticks)
                     : scene_.drive.safe();
+  if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
   trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
   trace_.effort = scene_.drive.effort();
   fill(out.packet, now);

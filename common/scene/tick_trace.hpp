@@ -1,7 +1,7 @@
 // What happened within a tick, for recordings and the status line.
 #pragma once
 
-#include "common/scene/engagement.hpp"
+#include "common/scene/states.hpp"
 
 namespace farhand {
 
@@ -13,7 +13,7 @@ struct Compensation {
 
 template <int N>
 struct TickTrace {
-  StationState state = StationState::kReady;
+  StationState state = StationState::kOff;
   Reason reason = Reason::kStart;
   Motion<N> local, remote, target;
   Compensation compensation;

@@ -59,6 +59,7 @@ class Drive {
     authority_ = 0.0;
     return gate_.cut();
   }
+  bool at_rest() const noexcept { return gate_.applied()[0] == 0.0; }
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
 
  private:
@@ -118,14 +119,18 @@ class Station {
     trace_.rtt = receiver_.rtt().value_or(0);
     decide(now, valid, finite, act, played.any);
     const Motion<1> source = choose();
-    const bool elsewhere = changed_ || leapt(source, ticks);
-    if (elsewhere) blend_.begin(trace_.target, source);
-    trace_.target = blend_.step(source, elsewhere ? 0.0 : p_.drive.dt_s * ticks);
+    const Asks asks = asks_of(trace_.state);
+    if (asks == Asks::kNothing) {
+      trace_.target = source;
+    } else {
+      const bool elsewhere = changed_ || leapt(source, ticks);
+      if (elsewhere) blend_.begin(trace_.target, source);
+      trace_.target = blend_.step(source, elsewhere ? 0.0 : p_.drive.dt_s * ticks);
+    }
     x_source_ = source.x;
-    const bool driven = trace_.state != StationState::kReady && trace_.state != StationState::kFault;
     Output out;
-    out.torque = usable && trace_.state != StationState::kFault ? drive_.follow(local, trace_.target, driven, ticks)
-                                                                : drive_.safe();
+    out.torque = usable && asks != Asks::kNothing ? drive_.follow(local, trace_.target, asks == Asks::kMotion, ticks)
+                                                  : drive_.safe();
     trace_.limits = drive_.active_limits() | (finite ? 0u : kLimitNotFinite);
     trace_.effort = out.torque[0];
     fill(out.packet, now);
@@ -134,7 +139,7 @@ class Station {
 
  private:
   struct Trace {
-    StationState state = StationState::kReady;
+    StationState state = StationState::kOff;
     Reason reason = Reason::kStart;
     Motion<1> local, remote, target;
     double effort = 0.0;
@@ -150,10 +155,14 @@ class Station {
     in.act = act;
     in.device_valid = valid;
     in.finite = !valid || finite;
+    const GateParams& gate = p_.drive.gate;
+    const double room = 0.5 * (gate.range_max - gate.range_min);
+    in.in_range = trace_.local.x[0] >= gate.range_min - room && trace_.local.x[0] <= gate.range_max + room;
+    in.at_rest = drive_.at_rest();
     in.peer_alive = peer_known && receiver_.alive(now);
     in.peer = receiver_.newest().state;
-    in.aligned = peer_known && receiver_.settled(now) &&
-                 (p_.role == Role::kLeader ? blend_.done() && offset < p_.align_tolerance : offset < 0.0873);
+    in.aligned = peer_known && receiver_.settled(now) && blend_.done() &&
+                 offset < (p_.role == Role::kLeader ? p_.align_tolerance : 0.0873);
     const StationState before = trace_.state;
     trace_.state = engagement_.step(now, in);
     trace_.reason = engagement_.reason();

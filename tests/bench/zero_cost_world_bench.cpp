@@ -19,7 +19,7 @@ class UnwatchedRun {
  public:
   explicit UnwatchedRun(const LoadedScene& loaded)
       : sides_(make_sides(loaded.scene)),
-        acts_(loaded.scene),
+        acts_(loaded.scene, Role::kLeader),
         tick_(from_seconds(loaded.scene.tick_s())),
         end_(from_seconds(loaded.scene.duration_s())) {}
 

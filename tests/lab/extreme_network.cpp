@@ -76,7 +76,7 @@ void add_loss(Cases& cases) {
   }
   cases.push_back(session_case("loss", "share 0.99 each way: longer silent than 100 ms now and then",
                                refused("holding: peer"), with(both_ways({"loss=0.99"}), {"duration_s=9"})));
-  cases.push_back(session_case("loss", "share 1 each way", refused("master ready: start"), both_ways({"loss=1"})));
+  cases.push_back(session_case("loss", "share 1 each way", refused("master ready: tested"), both_ways({"loss=1"})));
   cases.push_back(session_case("loss", "share 1 to the slave only", refused("master holding: timeout"),
                                {"network.forward.loss=1"}));
 }
@@ -189,7 +189,7 @@ void add_packets(Cases& cases) {
       },
       damage_counted));
   cases.push_back(tampered(
-      "every letter is damaged", refused("master ready: start"),
+      "every letter is damaged", refused("master ready: tested"),
       [](const Letter& letter, Dice& dice, Tally& tally) {
         Letter damaged = letter;
         const std::uint64_t bit = dice.next() % (8 * damaged.bytes.size());

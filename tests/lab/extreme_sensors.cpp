@@ -65,7 +65,7 @@ void add_letters(Cases& cases) {
                                   which, 3, expected));
     }
   }
-  cases.push_back(letter_case("packets: every angle is NaN", kNan, 0, 1, refused("ready: start", Block::kLink)));
+  cases.push_back(letter_case("packets: every angle is NaN", kNan, 0, 1, refused("ready: tested", Block::kLink)));
 }
 
 // A station on an axis with a torque sensor: telemetry that is no number.

@@ -80,7 +80,7 @@ class Run {
         backward_(link_params(scene.network().backward()), scene.seed(), LinkDirection::kBackward),
         to_slave_(room(scene.network().forward(), scene.tick_s())),
         to_master_(room(scene.network().backward(), scene.tick_s())),
-        acts_(scene) {
+        acts_(scene, Role::kLeader) {
     record_.scene = scene;
     record_.master.who = "master";
     record_.slave.who = "slave";

@@ -40,7 +40,7 @@ struct SessionPlan {
 };
 
 struct SideRecord {
-  StationState state = StationState::kReady;
+  StationState state = StationState::kOff;
   Reason reason = Reason::kStart;
   bool ever_engaged = false, ever_fault = false;
   double x_low = 1e300, x_high = -1e300;  // true angle over the last steady_s

@@ -41,7 +41,8 @@ class Run {
         backward_(link_params(scene.network().backward()), scene.seed(), LinkDirection::kBackward),
         to_slave_(datagrams_on_way(scene.network().forward(), scene.tick_s())),
         to_master_(datagrams_on_way(scene.network().backward(), scene.tick_s())),
-        acts_(scene) {
+        acts_(scene, Role::kLeader),
+        patient_acts_(scene, Role::kFollower) {
     slave_clock_.offset = from_seconds(scene.network().peer_clock_offset_s());
     slave_clock_.skew = scene.network().peer_clock_skew_ppm() * 1e-6;
   }
@@ -58,7 +59,7 @@ class Run {
         next_master = ++master_ticks * tick_;
       }
       if (next_slave == t) {
-        tick(false, t, slave_clock_.at(t), OperatorAct::kNone);
+        tick(false, t, slave_clock_.at(t), patient_acts_.next(to_seconds(t)));
         next_slave = slave_clock_.when(++slave_ticks * tick_);
       }
     }
@@ -120,7 +121,7 @@ class Run {
   PacketCodec<1> codec_;
   PendingDatagrams to_slave_, to_master_;
   std::uint64_t master_rejected_ = 0, slave_rejected_ = 0;
-  OperatorTimeline acts_;
+  OperatorTimeline acts_, patient_acts_;
 };
 
 // Keeps every row, packet and event.

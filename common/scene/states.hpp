@@ -1,0 +1,114 @@
+// The words of the state machine: what a station can be doing, who can ask for what, and why a state changed. The
+// states themselves are in common/link/packet.hpp, because their numbers are on the wire.
+#pragma once
+
+#include <initializer_list>
+
+#include "common/link/packet.hpp"
+
+namespace farhand {
+
+enum class Role : std::uint8_t { kLeader, kFollower };  // the therapist's side, the patient's side
+
+enum class OperatorAct : std::uint8_t { kNone, kEngage, kHold, kStop, kReset, kHome };
+
+// Why the state last changed; in events and on the status line.
+enum class Reason : std::uint8_t {
+  kNone,
+  kStart,
+  kOperator,
+  kPeerSilent,
+  kPeerFault,
+  kPeerStopped,
+  kPeerLetGo,
+  kPeerEngaged,
+  kAligned,
+  kTimeout,
+  kDeviceFound,
+  kDeviceLost,
+  kNotFinite,
+  kTested,
+  kOutOfRange,
+  kNotAtRest,
+  kHomed,
+  kBlocked,
+  kPatientLimit
+};
+
+class StateSet {
+ public:
+  constexpr StateSet(std::initializer_list<StationState> states) noexcept {
+    for (const StationState state : states) bits_ |= 1u << static_cast<int>(state);
+  }
+  static constexpr StateSet all_but(StateSet others) noexcept {
+    others.bits_ = ~others.bits_;
+    return others;
+  }
+  constexpr bool has(StationState state) const noexcept { return (bits_ >> static_cast<int>(state) & 1u) != 0; }
+
+ private:
+  std::uint32_t bits_ = 0;
+};
+
+// What a state asks of the axis.
+enum class Asks : std::uint8_t {
+  kNothing,  // no torque, at once
+  kWeight,   // only its weight and friction are carried
+  kMotion    // the law follows a motion
+};
+
+constexpr Asks asks_of(StationState state) noexcept {
+  switch (state) {
+    case StationState::kReady:
+      return Asks::kWeight;
+    case StationState::kHoming:
+    case StationState::kAligning:
+    case StationState::kEngaged:
+    case StationState::kHolding:
+      return Asks::kMotion;
+    case StationState::kOff:
+    case StationState::kSelfTest:
+    case StationState::kFault:
+    case StationState::kStopped:
+      break;
+  }
+  return Asks::kNothing;
+}
+
+constexpr const char* name_of(StationState state) noexcept {
+  constexpr const char* kNames[] = {"ready", "aligning",  "engaged", "holding", "fault",
+                                    "off",   "self-test", "homing",  "stopped"};
+  return kNames[static_cast<int>(state)];
+}
+constexpr const char* name_of(OperatorAct act) noexcept {
+  constexpr const char* kNames[] = {"nothing", "engage", "hold", "stop", "reset", "home"};
+  return kNames[static_cast<int>(act)];
+}
+constexpr const char* name_of(Reason reason) noexcept {
+  constexpr const char* kNames[] = {"none",
+                                    "start",
+                                    "operator",
+                                    "peer silent",
+                                    "peer in fault",
+                                    "peer stopped",
+                                    "peer let go",
+                                    "peer engaged",
+                                    "aligned",
+                                    "timeout",
+                                    "device found",
+                                    "device lost",
+                                    "reading is not a number",
+                                    "tested",
+                                    "reading out of range",
+                                    "device is not at rest",
+                                    "homed",
+                                    "blocked",
+                                    "patient's limit"};
+  return kNames[static_cast<int>(reason)];
+}
+constexpr const char* name_of(Asks asks) noexcept {
+  constexpr const char* kNames[] = {"nothing", "weight", "motion"};
+  return kNames[static_cast<int>(asks)];
+}
+
+}  // namespace farhand
