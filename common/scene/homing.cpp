@@ -15,27 +15,26 @@ void Homing::begin(double x) noexcept {
 
 Motion<1> Homing::step(const Motion<1>& local, int ticks) noexcept {
   const double x = local.x[0], dt_s = dt_s_ * ticks;
+  const double target = params_.back - zero_;  // of the way back
+  const bool arrived = returns_ && way_ * (target - x_ref_) <= 0.0;
   const bool pressed = way_ * local.f[0] > 0.5 * params_.torque;
-  if (!pressed || std::abs(x - x_still_) > kStill) {
+  if (!(pressed || arrived) || std::abs(x - x_still_) > kStill) {
     x_still_ = x;
     still_s_ = 0.0;
   } else {
     still_s_ += dt_s;
   }
-  const bool stopped = still_s_ > kStill_s;
-  if (stopped && returns_) progress_ = HomingProgress::kBlocked;
-  if (stopped && !returns_) {
-    zero_ = params_.stop - x;
-    returns_ = true;
-    way_ = -way_;
+  if (still_s_ > kStill_s) {
+    if (returns_) progress_ = std::abs(x - target) < kThere ? HomingProgress::kDone : HomingProgress::kBlocked;
+    if (!returns_) {
+      zero_ = params_.stop - x;
+      returns_ = true;
+      way_ = -way_;
+    }
     still_s_ = 0.0;
   }
-  const double target = params_.back - zero_;  // of the way back
-  const bool arrived = returns_ && way_ * (target - x_ref_) <= 0.0;
-  if (arrived && std::abs(x - target) < kThere) progress_ = HomingProgress::kDone;
   x_ref_ = std::clamp(x_ref_ + (arrived ? 0.0 : way_ * params_.speed * dt_s), x - lead_, x + lead_);
-  const double v = arrived ? 0.0 : way_ * params_.speed;
-  return {Joints<1>(x_ref_), Joints<1>(v), Joints<1>::Zero()};
+  return {Joints<1>(x_ref_), Joints<1>(arrived ? 0.0 : way_ * params_.speed), Joints<1>::Zero()};
 }
 
 }  // namespace farhand

@@ -33,8 +33,8 @@ class Homing {
   double zero() const noexcept { return zero_; }  // once done: what is to be added to every angle
 
  private:
-  static constexpr double kStill = 2e-3;  // rad
-  static constexpr double kStill_s = 0.2;
+  static constexpr double kStill = 2e-3;    // rad
+  static constexpr double kStill_s = 0.2;   // within kStill for so long: it stands
   static constexpr double kThere = 0.0175;  // rad, 1 degree
 
   HomingParams params_;
