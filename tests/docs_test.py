@@ -18,6 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BIN = pathlib.Path()
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MAP = (ROOT / "common/README.md").read_text(encoding="utf-8")
+STATES = (ROOT / "common/STATES.md").read_text(encoding="utf-8")
 SECURITY = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
 
 
@@ -101,9 +102,9 @@ class Map(unittest.TestCase):
         self.assertEqual(listed, check_rooms.ARROWS)
         self.assertEqual(set(listed), {path.name for path in (ROOT / "common").iterdir() if path.is_dir()})
 
-    def test_states_are_those_of_the_state_machine(self):
+    def test_states_are_those_of_the_wire(self):
         states = re.search(r"enum class StationState[^{]*\{([^}]*)\}", (ROOT / "common/link/packet.hpp").read_text()).group(1)
-        self.assertEqual([row[0] for row in rows(MAP, "state")], re.findall(r"k(\w+) =", states))
+        self.assertEqual([(row[0].replace("-t", "T"), row[1]) for row in rows(STATES, "state")], re.findall(r"k(\w+) = (\d+)", states))
 
     def test_scene_fields_of_the_symbol_table_exist(self):
         schema = run([BIN / "farhand-lab", "schema"]).stdout
@@ -115,19 +116,19 @@ class Map(unittest.TestCase):
 
 class Both(unittest.TestCase):
     def test_files_that_are_named_exist(self):
-        for name in re.findall(r"`((?:common|master|slave|netem|proto|tests|scripts)/[\w./*-]+)`", README + MAP + SECURITY):
+        for name in re.findall(r"`((?:common|master|slave|netem|proto|tests|scripts)/[\w./*-]+)`", README + MAP + STATES + SECURITY):
             if "NAME" not in name:
                 self.assertTrue(list(ROOT.glob(name.rstrip("/"))), name)
 
     def test_tests_that_are_named_exist(self):
         tests = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "tests").glob("*_test.cpp"))
-        named = re.findall(r"`([A-Z]\w+)\.([A-Z]\w+)`", README + MAP + SECURITY)
+        named = re.findall(r"`([A-Z]\w+)\.([A-Z]\w+)`", README + MAP + STATES + SECURITY)
         self.assertGreaterEqual(len(named), 10)
         for suite, name in named:
             self.assertRegex(tests, rf"TEST(_P|_F)?\({suite},\s*{name}\)")
 
     def test_lines_are_short_and_documents_too(self):
-        for text in (README, MAP, SECURITY):
+        for text in (README, MAP, STATES, SECURITY):
             self.assertLess(text.count("\n"), 300)
             for line in text.splitlines():
                 self.assertLessEqual(len(line), 400 if line.startswith("|") else 140, line)

@@ -211,11 +211,12 @@ TEST(OperatorInput, ReadsOneWordPerLine) {
   Pipe pipe;
   OperatorInput input(pipe.out());
   EXPECT_EQ(input.poll(), std::nullopt);
-  pipe.say("engage\nhold\r\n  stop \t\n\nreset\n");
+  pipe.say("engage\nhold\r\n  stop \t\n\nreset\nhome\n");
   EXPECT_EQ(input.poll(), OperatorAct::kEngage);
   EXPECT_EQ(input.poll(), OperatorAct::kHold);
   EXPECT_EQ(input.poll(), OperatorAct::kStop);
   EXPECT_EQ(input.poll(), OperatorAct::kReset);
+  EXPECT_EQ(input.poll(), OperatorAct::kHome);
   EXPECT_EQ(input.poll(), std::nullopt);
   EXPECT_EQ(input.not_understood(), 0u);
 }
@@ -279,10 +280,10 @@ TEST(OperatorInput, TakesKeysFromATerminalAndRestoresIt) {
       failures += (during.c_lflag & (ICANON | ECHO)) != 0;
       failures += (during.c_lflag & ISIG) == 0;
       failures += input.poll() != std::nullopt;
-      failures += write(master, "xehsrq", 6) != 6;
+      failures += write(master, "xehsroq", 7) != 7;
       // A failure is a bit, so that the exit status tells which.
-      const OperatorAct wanted[] = {OperatorAct::kEngage, OperatorAct::kHold, OperatorAct::kStop, OperatorAct::kReset,
-                                    OperatorAct::kStop};
+      const OperatorAct wanted[] = {OperatorAct::kEngage, OperatorAct::kHold, OperatorAct::kStop,
+                                    OperatorAct::kReset,  OperatorAct::kHome, OperatorAct::kStop};
       for (const OperatorAct act : wanted) {
         std::optional<OperatorAct> got;
         for (int i = 0; i < 2000 && !got; ++i) {
@@ -308,7 +309,7 @@ TEST(OperatorInput, TakesKeysFromATerminalAndRestoresIt) {
 TEST(LiveStatus, ShowsEveryNumberAndDashesForTheUnknown) {
   EXPECT_EQ(
       format_live_status({12.34, StationState::kEngaged, 0.5, -0.25, 1.5, -2, 0.2031, 0.011}),
-      "   12.3 s  engaged   x_m  +0.500  x_s  -0.250 rad  f_m  +1.500  f_s  -2.000 N m  RTT 203.1 ms  loss 1.1 %");
+      "   12.3 s  engaged    x_m  +0.500  x_s  -0.250 rad  f_m  +1.500  f_s  -2.000 N m  RTT 203.1 ms  loss 1.1 %");
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   const std::string line = format_live_status({0, StationState::kReady, 0, 0, 0, 0, unknown, unknown});
   EXPECT_NE(line.find("RTT - ms  loss - %"), std::string::npos) << line;
