@@ -195,9 +195,10 @@ TEST(Simulation, TheCompensatedWeightStaysWhereItIsLeft) {
   const auto furthest = [](double angle, double compensated, double nudge) {
     const char* below = angle > 0 ? "master.motor.stop_max_rad=0" : "master.motor.stop_min_rad=0";
     const Result r =
-        run("gravity", {compensated == 0 ? "seed=1" : below, set("master.axis.gravity_nm", compensated), set("master.axis.gravity_angle_rad", angle),
-                        set("master.motor.gravity_angle_rad", angle), "master.therapist.grip=CUSTOM",
-                        "master.therapist.K_h_nm_per_rad=0.02", "master.therapist.B_h_nms_per_rad=0.02",
+        run("gravity", {compensated == 0 ? "seed=1" : below, set("master.axis.gravity_nm", compensated),
+                        set("master.axis.gravity_angle_rad", angle), set("master.motor.gravity_angle_rad", angle),
+                        "master.therapist.grip=CUSTOM", "master.therapist.K_h_nm_per_rad=0.02",
+                        "master.therapist.B_h_nms_per_rad=0.02",
                         set("master.therapist.intended[1].sine_amplitude_rad", nudge), "operator_acts[0].at_s=26"});
     double x = 0;
     for (const StationSample& row : r.session.master) {
@@ -213,6 +214,25 @@ TEST(Simulation, TheCompensatedWeightStaysWhereItIsLeft) {
     EXPECT_LE(furthest(angle, 0.3, 0.001), coasts + 3e-3) << angle;
     EXPECT_GE(furthest(angle, 0.0, 0.0), 0.3) << angle;
   }
+}
+
+// Asked for by the scene, begun by the patient's side, and only then can the therapist engage.
+TEST(Simulation, APatientsDeviceThatOnlyCountsIsLedHomeBeforeItIsEngaged) {
+  const Result r =
+      run("zero_delay", {"slave.axis.homing={stop_rad: 0.5236 speed_rad_s: 0.2}", "duration_s=14", "windows={}",
+                         "operator_acts[0]={at_s: 0.5 act: ENGAGE}", "operator_acts[1]={at_s: 1 act: HOME by: PATIENT}",
+                         "operator_acts[2]={at_s: 10 act: ENGAGE}"});
+  double furthest = 0;
+  int last = -1;
+  std::string states;
+  for (const StationSample& row : r.session.slave) {
+    if (row.state == static_cast<int>(StationState::kHoming)) furthest = std::max(furthest, row.true_x_rad);
+    if (row.state != last) states += std::string(name_of(static_cast<StationState>(row.state))) + ' ';
+    last = row.state;
+  }
+  EXPECT_EQ(states, "self-test homing ready engaged ");
+  EXPECT_NEAR(furthest, 0.5236, 1e-3);
+  EXPECT_NEAR(r.session.slave.back().x_rad, r.session.slave.back().true_x_rad, 1e-3);
 }
 
 }  // namespace

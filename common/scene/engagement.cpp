@@ -82,7 +82,7 @@ constexpr Transition kTransitions[] = {
     {{kReady, kHolding}, kAligning, Reason::kOperator, kLeader, "`engage` on this side, the peer is Ready or Holding",
      [](const S& s) noexcept { return act(s, OperatorAct::kEngage) && peer(s, {kReady, kHolding}); }},
     {{kReady, kHolding}, kEngaged, Reason::kPeerEngaged, kFollower,
-     "the edge (below), within 5 degrees, nothing fades any more, nobody here asks for rest",
+     "the edge (above), within 5 degrees, nothing fades any more, nobody here asks for rest",
      [](const S& s) noexcept { return peer(s, {kEngaged}) && s.peer_seen_disengaged && s.in.aligned &&
                                         !s.in.limit_holds && !act(s, OperatorAct::kHold); }},
 };
