@@ -1,5 +1,6 @@
 // farhand-slave: the patient's box. Dials the therapist's station and drives the hand orthosis through its MCU. A lost
 // peer never ends it: it holds and awaits its peer until its duration is over.
+#include <cstdio>
 #include <string_view>
 
 #include "common/runtime/link_options.hpp"
@@ -12,7 +13,7 @@ namespace {
 struct Options {
   SceneChoice scene;
   LinkOptions link;
-  std::string peer, serial, record;
+  std::string peer, serial, record, stop_input;
   bool quiet = false;
 };
 
@@ -31,11 +32,18 @@ std::unique_ptr<Side> make_side(const LoadedScene& loaded, const std::string& se
 
 int run(const Options& options) {
   const LoadedScene loaded = options.scene.load();
+  StopInput stop_input(options.stop_input);
   const std::unique_ptr<Side> side = make_side(loaded, options.serial);
   const std::unique_ptr<PeerLink> link = open_link(options.link, options.peer, StationRole::kPatient, loaded.scene);
   const StopSignals stop;
   OperatorInput operator_input;
-  return run_station({loaded, *side, Role::kFollower, *link, operator_input, stop, options.record, options.quiet});
+  const int code = run_station(
+      {loaded, *side, Role::kFollower, *link, operator_input, stop, options.record, options.quiet, &stop_input});
+  if (stop_input.broken()) {
+    std::fprintf(stderr, "farhand-slave: the patient's stop input '%s' has ended, and that stopped the hand\n",
+                 options.stop_input.c_str());
+  }
+  return code;
 }
 
 int main(int argc, char** argv) {
@@ -47,6 +55,10 @@ int main(int argc, char** argv) {
   command.text("--peer", options.peer, "ADDR:PORT of the therapist's station", Needed::kYes);
   add_link_options(command, options.link);
   command.text("--serial", options.serial, "serial port of the orthosis MCU (scenes with a SERIES_ELASTIC slave)");
+  command.text(
+      "--stop-input", options.stop_input,
+      "the patient's stop besides the MCU's: PATH of a pedal (/dev/input/event...), pipe or GPIO value file, or "
+      "fd:N. Whatever comes from it stops at once, and so does its end");
   command.text("--record", options.record, "recording of this side (MCAP)");
   command.flag("--quiet", options.quiet, "no live status");
   return program.run(argc, argv, [&] { return run(options); });

@@ -20,6 +20,7 @@
 #include "common/runtime/live_status.hpp"
 #include "common/runtime/operator_input.hpp"
 #include "common/runtime/run_loop.hpp"
+#include "common/runtime/stop_input.hpp"
 
 namespace farhand {
 namespace {
@@ -102,6 +103,10 @@ TEST_F(Counter, ZeroInTheLoopAndInItsEdgesAfterTheFirstTick) {
   ASSERT_EQ(pipe(ends), 0);
   OperatorInput input(ends[0]);
   ASSERT_EQ(write(ends[1], "engage\nnonsense\nhold\n", 21), 21);
+  int pedal[2];
+  ASSERT_EQ(pipe(pedal), 0);
+  StopInput stop_input("fd:" + std::to_string(pedal[0])), stop_file(__FILE__);
+  std::uint64_t presses = 0;
 
   std::array<std::byte, 100> bytes{};
   std::array<std::byte, 200> buffer{};
@@ -121,14 +126,16 @@ TEST_F(Counter, ZeroInTheLoopAndInItsEdgesAfterTheFirstTick) {
     latest.write({});
     printer.show({});
     input.poll();
+    if (time.index % 2 == 0 && write(pedal[1], "x", 1) != 1) return false;
+    presses += stop_input.pressed() + stop_file.pressed();
     last = touched();
     return time.index < 2000;
   });
   EXPECT_EQ(last, first);
   EXPECT_GE(received, 1000u);
+  EXPECT_EQ(presses, 1001u);
   EXPECT_GE(to_nobody.counters().refused, 1000u);
-  close(ends[0]);
-  close(ends[1]);
+  for (const int fd : {ends[0], ends[1], pedal[0], pedal[1]}) close(fd);
 }
 
 std::string preloaded_report(const char* what) {

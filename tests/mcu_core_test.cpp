@@ -434,7 +434,7 @@ TEST(McuCore, TelemetrySaysWhatTheCoreKnowsAtHalfTheLoopRate) {
   EXPECT_EQ(slow.framing_errors(), 1);
   EXPECT_EQ(slow.crc_errors(), 0);
   EXPECT_EQ(slow.overruns(), 4);
-  EXPECT_EQ(slow.firmware(), 2);
+  EXPECT_EQ(slow.firmware(), 3);
   EXPECT_EQ(slow.restart(), kPowerOn);
 }
 

@@ -44,6 +44,7 @@ class FailingCable {
     if (orthosis_.to_mcu && orthosis_.plugged) orthosis_.on_serial.send(bytes.data(), bytes.size(), from_seconds(t_s));
     return orthosis_.plugged;
   }
+  void drop_unsent(double t_s) noexcept { orthosis_.on_serial.drop_unsent(from_seconds(t_s)); }
   bool lost() noexcept { return !orthosis_.plugged; }
 
  private:

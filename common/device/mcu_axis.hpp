@@ -14,7 +14,7 @@
 namespace farhand {
 
 // Port: `std::size_t read(std::span<std::uint8_t>, double t_s) noexcept`, `bool write(std::span<const std::uint8_t>,
-// double t_s) noexcept` and `bool lost() noexcept`.
+// double t_s) noexcept`, `void drop_unsent(double t_s) noexcept` (what waits to leave) and `bool lost() noexcept`.
 template <class Port>
 class McuAxis {
  public:
@@ -26,10 +26,11 @@ class McuAxis {
   Port port;
 
   // The readings are valid while telemetry is fresh, the MCU is in no fault, and it does what it was told: an MCU that
-  // let go by itself (its own watchdog) while the station believes to be engaged is a lost device.
+  // let go by itself (its own watchdog) while the station believes to be engaged is a lost device. So is one that
+  // nobody looked at for longer than the serial timer: what waits in the line then is of unknown age.
   Io::Sensed read(double t_s) noexcept {
     std::array<std::uint8_t, 64> bytes;
-    for (int burst = 0; burst < 16; ++burst) {
+    for (int burst = 0; burst < kBursts; ++burst) {
       const std::size_t n = port.read(bytes, t_s);
       for (std::size_t i = 0; i < n; ++i) {
         if (decoder_.push(bytes[i])) take(mcu::unpack_telemetry(decoder_.payload()), t_s);
@@ -39,8 +40,10 @@ class McuAxis {
     counters_.crc_errors = decoder_.crc_errors();
     counters_.framing_errors = decoder_.framing_errors();
     const bool fresh = heard_ && t_s - heard_s_ <= kSilence;
+    const bool awake = t_s - read_s_ <= kSilence;
+    read_s_ = t_s;
     const bool obeys = !tracking_ || state_ == mcu::State::kTrack || t_s - tracking_since_s_ < kTakeOver;
-    sensed_.valid = fresh && !port.lost() && state_ != mcu::State::kFault && obeys;
+    sensed_.valid = fresh && awake && !port.lost() && state_ != mcu::State::kFault && obeys;
     sensed_.at_rest = state_ == mcu::State::kSafe;
     return sensed_;
   }
@@ -49,11 +52,17 @@ class McuAxis {
     if (command.track && !tracking_) tracking_since_s_ = t_s;
     tracking_ = command.track;
     const Motion<1>& r = command.reference;
-    const mcu::Command frame = mcu::make_command(command.track ? mcu::Mode::kTrack : mcu::Mode::kSafe,
-                                                 static_cast<std::uint8_t>(seq_++ & 15), r.x[0], r.v[0], r.f[0]);
-    std::array<std::uint8_t, mcu::kWireBytes> wire;
-    mcu::encode(frame, wire.data());
-    if (port.write(wire, t_s)) {
+    const auto seq = static_cast<std::uint8_t>(seq_++ & 15);
+    const mcu::Mode mode = command.track ? mcu::Mode::kTrack : mcu::Mode::kSafe;
+    const mcu::Command frame =
+        command.stop ? mcu::make_stop(seq) : mcu::make_command(mode, seq, r.x[0], r.v[0], r.f[0]);
+    // A zero first, because the frame that was cut off would swallow the one that follows.
+    std::array<std::uint8_t, 1 + mcu::kWireBytes> wire{};
+    mcu::encode(frame, wire.data() + 1);
+    const bool overtakes = command.stop && !stopping_;
+    stopping_ = command.stop;
+    if (overtakes) port.drop_unsent(t_s);
+    if (port.write(std::span(wire).subspan(overtakes ? 0 : 1), t_s)) {
       ++counters_.sent;
     } else {
       ++counters_.dropped;
@@ -74,9 +83,13 @@ class McuAxis {
 
  private:
   static constexpr double kSilence = 0.050;   // s, the serial timer
+  static constexpr int kBursts = 1100;        // more than the kernel keeps of a line that nobody reads (64 + 4 KiB)
   static constexpr double kTakeOver = 0.100;  // s, for three frames there, one back and a late host
 
   void take(const mcu::Telemetry& telemetry, double t_s) noexcept {
+    // A line that repeats its last frame has no MCU behind it.
+    if (heard_ && telemetry.seq == telemetry_seq_) return;
+    telemetry_seq_ = telemetry.seq;
     ++counters_.received;
     heard_ = true;
     heard_s_ = t_s;
@@ -92,8 +105,9 @@ class McuAxis {
   mcu::State state_ = mcu::State::kSafe;
   mcu::SlowValues slow_;
   std::uint32_t seq_ = 0;
-  double heard_s_ = 0.0, tracking_since_s_ = 0.0;
-  bool heard_ = false, tracking_ = false;
+  std::uint8_t telemetry_seq_ = 0;
+  double heard_s_ = 0.0, read_s_ = 0.0, tracking_since_s_ = 0.0;
+  bool heard_ = false, tracking_ = false, stopping_ = false;
 };
 
 }  // namespace farhand

@@ -21,6 +21,8 @@ constexpr int32_t kTorqueCountsPerNm = 10000;        // 0.1 mN m
 constexpr int32_t kMotorSpeedCountsPerRadPerS = 16;  // slow byte, +-7.9 rad/s
 constexpr int32_t kCurrentCountsPerA = 64;           // slow byte, up to 3.98 A
 constexpr int16_t kRefLimit = 8191;
+// As f_ref of a SAFE frame, which no force is: let go as fast as the patient's stop does, not by the gentle ramp.
+constexpr int16_t kStopNow = -8192;
 
 // What the PC asks for. CONFIG is set aside for parameter pages; the core ignores such frames.
 enum class Mode : uint8_t { kSafe = 0, kTrack = 1, kTorque = 2, kConfig = 3 };
@@ -155,7 +157,7 @@ class FrameDecoder {
 };
 
 inline int16_t saturate_ref(int32_t counts) {
-  return static_cast<int16_t>(counts > kRefLimit ? kRefLimit : counts < -kRefLimit ? -kRefLimit : counts);
+  return static_cast<int16_t>(counts > kRefLimit ? kRefLimit : counts < kStopNow ? kStopNow : counts);
 }
 
 // Command payload, most significant bit first: mode 2, seq 4, x_ref 14, v_ref 14, f_ref 14.

@@ -27,6 +27,13 @@ inline Command make_command(Mode mode, std::uint8_t seq, double x_ref_rad, doubl
   return command;
 }
 
+inline Command make_stop(std::uint8_t seq) noexcept {
+  Command command;
+  command.seq = seq & 15;
+  command.f_ref = kStopNow;
+  return command;
+}
+
 inline double angle_rad(const Telemetry& telemetry) noexcept { return telemetry.angle / double{kAngleCountsPerRad}; }
 inline double torque_nm(const Telemetry& telemetry) noexcept { return telemetry.torque / double{kTorqueCountsPerNm}; }
 

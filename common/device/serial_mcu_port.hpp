@@ -20,6 +20,7 @@ class SerialMcuPort {
   bool write(std::span<const std::uint8_t> bytes, double /*t_s*/) noexcept {
     return port_.write(bytes) == bytes.size();
   }
+  void drop_unsent(double /*t_s*/) noexcept { port_.drop_unsent(); }
   bool lost() noexcept { return was_lost_; }
 
  private:

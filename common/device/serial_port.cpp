@@ -174,6 +174,10 @@ std::size_t SerialPort::read(std::span<std::uint8_t> buffer) noexcept {
   return static_cast<std::size_t>(got);
 }
 
+void SerialPort::drop_unsent() noexcept {
+  if (!lost()) tcflush(fd_, TCOFLUSH);
+}
+
 bool SerialPort::reopen(Nanoseconds now) noexcept {
   if (!lost_) return true;
   if (now < next_attempt_ns_) return false;

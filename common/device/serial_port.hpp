@@ -36,6 +36,9 @@ class SerialPort {
   std::size_t write(std::span<const std::uint8_t> bytes) noexcept;
   std::size_t read(std::span<std::uint8_t> buffer) noexcept;
 
+  // What was written and has not left yet never will: the next bytes do not queue behind it.
+  void drop_unsent() noexcept;
+
   // Has the device gone? Asks the kernel, so that one call per tick finds a pulled cable within the tick. Stays true
   // until `reopen`.
   bool lost() noexcept;

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "common/link/packet.hpp"
 #include "common/link/playout.hpp"
@@ -73,6 +74,10 @@ class Receiver {
     return any_ ? now - last_arrival_ : std::numeric_limits<Nanoseconds>::max();
   }
   bool alive(Nanoseconds now) const noexcept { return silence(now) <= params_.timeout; }
+  // Since this was asked last the peer was silent for too long, or another session took over and claims to be engaged
+  // already, even if no tick fell into it: a host that slept finds a socket full of packets and a peer that seems
+  // alive. The station must let go of what it believed before.
+  bool take_lapse() noexcept { return std::exchange(lapsed_, false); }
   // The first second after silence or a restart of the peer is over, in which what is shown may still jump in time.
   bool settled(Nanoseconds now) const noexcept { return clock_.settled(difference(now, arrival_0_)); }
   // Of the newest packet that echoed this station.
@@ -118,6 +123,7 @@ class Receiver {
       retired_[next_retired_] = session_;
       next_retired_ = (next_retired_ + 1) % retired_.size();
       retired_count_ = std::min<std::ptrdiff_t>(retired_count_ + 1, std::ssize(retired_));
+      lapsed_ = lapsed_ || packet.state == StationState::kEngaged;
     }
     heard_ = true;
     session_ = packet.session;
@@ -220,6 +226,7 @@ class Receiver {
   bool heard_ = false;  // any session
   bool any_ = false;    // anything to show
   bool played_ = false;
+  bool lapsed_ = false;
   std::uint32_t session_ = 0;
   std::uint32_t generation_ = 0;
   std::array<std::uint32_t, 8> retired_{};
@@ -278,7 +285,10 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
   slot.stamp = stamp;
   slot.motion = packet.motion;
   ++counters_.received;
-  if (any_ && arrival - last_arrival_ > params_.timeout) clock_.restart();  // the station holds: nothing acts on a jump
+  if (any_ && arrival - last_arrival_ > params_.timeout) {
+    lapsed_ = true;
+    clock_.restart();  // the station holds: nothing acts on a jump
+  }
   last_arrival_ = any_ ? std::max(last_arrival_, arrival) : arrival;
   if (any_ && ahead_of_newest < 0) return count(counters_.reordered, Receipt::kReordered);
   any_ = true;

@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <string_view>
 
@@ -66,23 +67,30 @@ void OperatorInput::fill() noexcept {
     return;
   }
   if (isatty(fd_) != 0 && !in_foreground(fd_) && (wait.revents & POLLHUP) == 0) return;
-  const ssize_t got = ::read(fd_, bytes_.data(), bytes_.size());
-  begin_ = 0;
-  end_ = got > 0 ? static_cast<std::size_t>(got) : 0;
+  std::array<char, 256> bytes;
+  const ssize_t got = ::read(fd_, bytes.data(), bytes.size());
   const bool nothing_yet = got < 0 && (errno == EINTR || errno == EAGAIN);
   closed_ = got <= 0 && !nothing_yet;
+  for (ssize_t i = 0; i < got; ++i) line_up(take(bytes[static_cast<std::size_t>(i)]));
+  if (closed_) line_up(finish_line());  // a last line may end without a newline
+}
+
+void OperatorInput::line_up(std::optional<OperatorAct> act) noexcept {
+  if (!act) return;
+  if (*act == OperatorAct::kStop) acts_waiting_ = 0;
+  if (acts_waiting_ == acts_.size()) {
+    ++not_understood_;
+  } else {
+    acts_[acts_waiting_++] = *act;
+  }
 }
 
 std::optional<OperatorAct> OperatorInput::poll() noexcept {
-  if (begin_ == end_) {
-    const bool was_open = !closed_;
-    fill();
-    if (closed_ && was_open) return finish_line();  // a last line may end without a newline
-  }
-  while (begin_ < end_) {
-    if (const auto act = take(bytes_[begin_++])) return act;
-  }
-  return std::nullopt;
+  fill();
+  if (acts_waiting_ == 0) return std::nullopt;
+  const OperatorAct next = acts_[0];
+  std::copy(acts_.begin() + 1, acts_.begin() + static_cast<std::ptrdiff_t>(acts_waiting_--), acts_.begin());
+  return next;
 }
 
 std::optional<OperatorAct> OperatorInput::take(char c) noexcept {

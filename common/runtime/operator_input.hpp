@@ -21,7 +21,8 @@ class OperatorInput {
   OperatorInput(const OperatorInput&) = delete;
   OperatorInput& operator=(const OperatorInput&) = delete;
 
-  // The next act, if one is there; to be called once per tick.
+  // The next act, if one is there; to be called once per tick. A stop overtakes what was asked before it and has not
+  // been done yet.
   std::optional<OperatorAct> poll() noexcept;
 
   bool keys() const noexcept { return terminal_; }
@@ -32,13 +33,14 @@ class OperatorInput {
   void fill() noexcept;
   std::optional<OperatorAct> take(char c) noexcept;
   std::optional<OperatorAct> finish_line() noexcept;
+  void line_up(std::optional<OperatorAct> act) noexcept;
 
   int fd_;
   bool terminal_ = false;
   bool closed_ = false;
   termios before_{};
-  std::array<char, 256> bytes_{};  // read but not yet looked at
-  std::size_t begin_ = 0, end_ = 0;
+  std::array<OperatorAct, 32> acts_{};  // not yet done
+  std::size_t acts_waiting_ = 0;
   std::array<char, 16> line_{};  // longer than the longest word; what does not fit is not understood
   std::size_t line_size_ = 0;
   bool line_too_long_ = false;

@@ -54,8 +54,11 @@ void StationLoop::receive(Nanoseconds now) noexcept {
   }
 }
 
+// The patient's stop comes before whatever else was asked for.
 OperatorAct StationLoop::next_act(double t_s) noexcept {
-  if (stopping_) return OperatorAct::kStop;
+  was_pressed_ = pressed_;
+  pressed_ = ports_.stop_input != nullptr && ports_.stop_input->pressed();
+  if (stopping_ || pressed_) return OperatorAct::kStop;
   if (const std::optional<OperatorAct> act = ports_.operator_input->poll()) return *act;
   return ports_.timeline->next(t_s);
 }
@@ -64,7 +67,10 @@ void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noex
   if (ports_.recorder == nullptr) return;
   const auto& trace = side_.trace();
   ports_.recorder->push(time.deadline_ns, sample_of(side_.trace(), side_.receiver(), side_.truth(), t_s));
-  if (act != OperatorAct::kNone && !stopping_) note(time.deadline_ns, "operator", name_of(act));
+  if (pressed_ && !was_pressed_) {
+    note(time.deadline_ns, "patient's stop", ports_.stop_input->broken() ? "its input has ended" : "pressed");
+  }
+  if (act != OperatorAct::kNone && !stopping_ && !pressed_) note(time.deadline_ns, "operator", name_of(act));
   if (time.index == 0 || trace.state != noted_) note(time.deadline_ns, name_of(trace.state), name_of(trace.reason));
   noted_ = trace.state;
 }
@@ -163,7 +169,8 @@ int run_station(const StationSession& session) {
                       .recorder = recorder.get(),
                       .status = &status,
                       .operator_input = &session.operator_input,
-                      .timeline = &timeline});
+                      .timeline = &timeline,
+                      .stop_input = session.stop_input});
     stats = run(loop_params(scene, from_seconds(scene.tick_s()), session.stop), loop);
     counters = loop.counters(stats);
   }

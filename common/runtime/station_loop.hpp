@@ -15,16 +15,18 @@
 #include "common/runtime/peer_link.hpp"
 #include "common/runtime/run_loop.hpp"
 #include "common/runtime/side.hpp"
+#include "common/runtime/stop_input.hpp"
 
 namespace farhand {
 
-// What a station talks to. The recorder may be absent.
+// What a station talks to. Recorder and stop input may be absent.
 struct StationPorts {
   PeerLink* link = nullptr;
   Recorder* recorder = nullptr;
   LiveStatusPrinter* status = nullptr;
   OperatorInput* operator_input = nullptr;
   OperatorTimeline* timeline = nullptr;  // what the scene's people do on this side
+  StopInput* stop_input = nullptr;       // the patient's: the slave's only
 };
 
 class StationLoop {
@@ -53,6 +55,7 @@ class StationLoop {
   std::uint64_t sent_ = 0;
   double first_heard_s_ = 0.0;
   bool stopping_ = false;
+  bool pressed_ = false, was_pressed_ = false;  // the patient's stop, in this tick and in the one before
   int stopping_ticks_ = 0;
   StationState noted_ = StationState::kOff;
 };
@@ -67,6 +70,7 @@ struct StationSession {
   const StopSignals& stop;
   std::string record;  // file, or empty
   bool quiet;
+  StopInput* stop_input = nullptr;
 };
 
 // Runs it to its end and says how it went; returns the exit code.

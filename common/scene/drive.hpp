@@ -82,12 +82,12 @@ class ReferenceDrive {
   Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {
     if (!driven) {
       gate_.reset(local.x);
-      return {false, gate_.applied()};
+      return {.reference = gate_.applied()};
     }
-    return {true, gate_.pass(target, ticks)};
+    return {.track = true, .reference = gate_.pass(target, ticks)};
   }
 
-  Command safe() noexcept { return {false, gate_.applied()}; }  // the device ramps down by itself
+  Command safe() noexcept { return {.stop = true, .reference = gate_.applied()}; }
 
   bool at_rest(const Sensed& sensed) const noexcept { return sensed.at_rest; }
   void limit(const GateParams& gate) noexcept { gate_.limit(gate); }  // from now on

@@ -30,6 +30,7 @@ struct ReferenceIo {
   };
   struct Command {
     bool track = false;  // false: the device is to let go
+    bool stop = false;   // and at once, instead of gently
     Motion<N> reference;
   };
 };

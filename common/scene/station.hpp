@@ -84,7 +84,7 @@ class Station {
     in.in_range = params_.engagement.homing || in_range();
     in.at_rest = scene_.drive.at_rest(sensed);
     in.homing = homing_.progress();
-    in.peer_alive = peer_known && receiver_.alive(now);
+    in.peer_alive = !receiver_.take_lapse() && peer_known && receiver_.alive(now);
     in.peer = receiver_.newest().state;
     in.aligned = peer_known && receiver_.settled(now) && blend_.done() &&
                  offset < (params_.role == Role::kLeader ? params_.align_tolerance : kFollowerGate);

@@ -97,6 +97,7 @@ class OrthosisOnSerial {
       : emulator_(params), to_mcu_(serial_one_way_s), to_pc_(serial_one_way_s) {}
 
   void send(const std::uint8_t* bytes, std::size_t count, Nanoseconds now) noexcept { to_mcu_.send(bytes, count, now); }
+  void drop_unsent(Nanoseconds now) noexcept { to_mcu_.drop_unsent(now); }
   bool receive(Nanoseconds now, std::uint8_t& byte) noexcept { return to_pc_.receive(now, byte); }
 
   // All MCU loops up to and including `now`.

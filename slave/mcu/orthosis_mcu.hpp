@@ -12,8 +12,12 @@
 // the torque to zero in 50 ms and end in SAFE; out of it lead only a SAFE frame and then three consecutive, consistent
 // frames of one active mode.
 //
+// In an active state only a frame with a new sequence number feeds the watchdog: a line that repeats its last one has
+// no host behind it.
+//
 // The patient's stop ramps to zero in 2 ms from every state and stays: no byte on the line ends it, only the release
-// key beside the stop, pressed anew and held once the stop is up.
+// key beside the stop, pressed anew and held once the stop is up. A SAFE frame with kStopNow lets go as fast and
+// latches nothing here: whoever sent it has latched.
 #pragma once
 
 #include "common/device/mcu_frame.hpp"
@@ -144,6 +148,7 @@ class OrthosisCore {
   void supervise(const McuInput& input);
   void watch_stop(const McuInput& input);
   void ramp_down(uint16_t loops);
+  void stop_now();
   int32_t wanted_torque() const;
   void move_torque_command();
   uint8_t slow_byte(SlowPage page);

@@ -6,7 +6,7 @@
 
 namespace farhand {
 namespace mcu {
-constexpr uint8_t kFirmware = 2;
+constexpr uint8_t kFirmware = 3;
 constexpr uint8_t kFramesToStart = 3;
 constexpr uint8_t kLatched = kJointEncoder | kMotorEncoder | kSpringTorque | kOverrun | kPatientStop | kSpringSensor;
 
@@ -32,6 +32,7 @@ template <class P>
 void OrthosisCore<P>::take(const Command& command) {
   if (command.mode == Mode::kConfig) return;
   echo_ = static_cast<uint8_t>((static_cast<uint8_t>(command.mode) << 4) | command.seq);
+  if (command.mode == Mode::kSafe && command.f_ref == kStopNow) stop_now();
   if (phase_ == Phase::kSafe) {
     silent_loops_ = 0;
     if (command.mode == Mode::kSafe) {
@@ -45,7 +46,8 @@ void OrthosisCore<P>::take(const Command& command) {
   } else if (phase_ == Phase::kActive) {
     if (command.mode == Mode::kSafe) {
       ramp_down(p().ramp_loops);
-    } else if (command.mode == mode_) {  // the other active mode is reached through SAFE only
+    } else if (command.mode == mode_ && command.seq != previous_.seq) {  // the other one is reached through SAFE only
+      previous_.seq = command.seq;
       accept(command);
     }
   }
@@ -143,11 +145,16 @@ void OrthosisCore<P>::ramp_down(uint16_t loops) {
 }
 
 template <class P>
+void OrthosisCore<P>::stop_now() {
+  const bool slower = phase_ == Phase::kActive || (phase_ == Phase::kRampDown && ramp_left_ > p().stop_loops);
+  if (slower) ramp_down(p().stop_loops);
+}
+
+template <class P>
 void OrthosisCore<P>::watch_stop(const McuInput& input) {
   if (input.stop) {
     faults_ |= kPatientStop;
-    const bool slower = phase_ == Phase::kActive || (phase_ == Phase::kRampDown && ramp_left_ > p().stop_loops);
-    if (slower) ramp_down(p().stop_loops);
+    stop_now();
   }
   if ((faults_ & kPatientStop) == 0) return;
   // A release key that is stuck, or leaned on, while the stop is pressed releases nothing.

@@ -31,6 +31,16 @@ class SerialLine {
     }
   }
 
+  // What is not leaving yet never will.
+  void drop_unsent(Nanoseconds now) noexcept {
+    while (waiting_ > 0) {
+      const Nanoseconds left = ring_[(first_ + waiting_ - 1) % ring_.size()].arrives - latency_;
+      if (left - byte_time_ < now) break;
+      free_at_ = left - byte_time_;
+      --waiting_;
+    }
+  }
+
   // The next byte that has arrived by now.
   bool receive(Nanoseconds now, std::uint8_t& byte) noexcept {
     if (waiting_ == 0 || ring_[first_].arrives > now) return false;

@@ -23,6 +23,7 @@ class EmulatedPort {
     orthosis_.send(bytes.data(), bytes.size(), from_seconds(t_s));
     return true;
   }
+  void drop_unsent(double t_s) noexcept { orthosis_.drop_unsent(from_seconds(t_s)); }
   bool lost() noexcept { return false; }
 
   Truth truth() const noexcept {

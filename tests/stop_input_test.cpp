@@ -1,0 +1,124 @@
+// The patient's stop that is read from a descriptor. (What the stations do with it is in timers_test.cpp.)
+#include "common/runtime/stop_input.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/support/scratch_directory.hpp"
+
+namespace farhand {
+namespace {
+
+class Pipe {
+ public:
+  Pipe() { EXPECT_EQ(pipe2(ends_, O_CLOEXEC), 0); }
+  ~Pipe() {
+    close(ends_[0]);
+    finish();
+  }
+  int out() const { return ends_[0]; }
+  void say(const std::string& text) const {
+    EXPECT_EQ(write(ends_[1], text.data(), text.size()), ssize_t(text.size()));
+  }
+  void finish() {
+    if (ends_[1] >= 0) close(ends_[1]);
+    ends_[1] = -1;
+  }
+
+ private:
+  int ends_[2] = {-1, -1};
+};
+
+TEST(StopInput, WithoutOneNothingIsEverPressed) {
+  StopInput none("");
+  EXPECT_FALSE(none.pressed());
+  EXPECT_FALSE(none.broken());
+}
+
+TEST(StopInput, WhateverComesIsOnePressAndTheEndIsOneForGood) {
+  Pipe pipe;
+  StopInput input("fd:" + std::to_string(pipe.out()));
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_FALSE(input.pressed());
+    pipe.say(std::string(700, 'x'));
+    EXPECT_TRUE(input.pressed());
+  }
+  EXPECT_FALSE(input.pressed());
+  EXPECT_FALSE(input.broken());
+  pipe.finish();
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(input.pressed());
+  EXPECT_TRUE(input.broken());
+}
+
+TEST(StopInput, APressBeforeTheStartCounts) {
+  Pipe pipe;
+  pipe.say("x");
+  StopInput input("fd:" + std::to_string(pipe.out()));
+  EXPECT_TRUE(input.pressed());
+  EXPECT_FALSE(input.pressed());
+}
+
+TEST(StopInput, AFileIsPressedWhileItIsNotAsAtTheStartAndForGoodWhenItIsGone) {
+  ScratchDirectory scratch;
+  const auto file = scratch / "value";
+  write_bytes(file, "0\n");
+  StopInput input(file.string());
+  EXPECT_FALSE(input.pressed());
+  write_bytes(file, "1\n");
+  EXPECT_TRUE(input.pressed());
+  EXPECT_TRUE(input.pressed());
+  write_bytes(file, "0\n");
+  EXPECT_FALSE(input.pressed());
+  std::filesystem::resize_file(file, 0);
+  EXPECT_TRUE(input.pressed());
+  write_bytes(file, "0\n");
+  EXPECT_TRUE(input.pressed());
+  EXPECT_TRUE(input.broken());
+}
+
+TEST(StopInput, ANamedPipeIsHeardAndItsWriterMustBeThere) {
+  ScratchDirectory scratch;
+  const std::string path = (scratch / "pedal").string();
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  EXPECT_THROW(StopInput{path}, std::runtime_error);
+  const int pedal = open(path.c_str(), O_RDWR);
+  StopInput input(path);
+  EXPECT_FALSE(input.pressed());
+  ASSERT_EQ(write(pedal, "x", 1), 1);
+  EXPECT_TRUE(input.pressed());
+  EXPECT_FALSE(input.pressed());
+  close(pedal);
+  EXPECT_TRUE(input.pressed());
+  EXPECT_TRUE(input.broken());
+}
+
+TEST(StopInput, RefusesWhatNobodyCouldStopBy) {
+  ScratchDirectory scratch;
+  write_bytes(scratch / "empty", "");
+  Pipe ended;
+  ended.finish();
+  const std::pair<std::string, std::string> wrong[] = {{(scratch / "missing").string(), "No such file"},
+                                                       {scratch.path().string(), "directory"},
+                                                       {(scratch / "empty").string(), "empty"},
+                                                       {"/dev/null", "ended"},
+                                                       {"fd:" + std::to_string(ended.out()), "ended"},
+                                                       {"fd:1000", "Bad file descriptor"},
+                                                       {"fd:", "not fd:N"},
+                                                       {"fd:3x", "not fd:N"},
+                                                       {"fd:-1", "not fd:N"},
+                                                       {"fd:0", "operator's keys"}};
+  for (const auto& [what, why] : wrong) {
+    try {
+      StopInput input(what);
+      ADD_FAILURE() << what;
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find("patient's stop"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace farhand
