@@ -65,6 +65,7 @@ class EmulatorLoop {
     sample.true_f_nm = world.f;
     sample.motor_x_rad = world.motor_x;
     sample.spring_torque_nm = world.spring_torque;
+    sample.torque_command_nm = mcu::to_nm(orthosis_.emulator().core().torque_command());
     sample.state = static_cast<int>(orthosis_.emulator().output().state);
     recorder_->push(t, sample);
   }

@@ -126,6 +126,13 @@ TEST(BadInput, TheSlaveRefusesWrongPeersAndPorts) {
                   "DIRECT_DRIVE slave: --serial has no use"});
   expect_refused({Program::kSlave, serial(none), "'" + none + "' cannot be found"});
   expect_refused({Program::kSlave, serial(file), "is not a serial port"});
+
+  const auto stop = [](const std::string& path) {
+    return Arguments{"--scene", "outage", "--peer", kNobody, "--stop-input", path};
+  };
+  expect_refused({Program::kSlave, stop(none), "stop cannot be read from '" + none + "': No such file"});
+  expect_refused({Program::kSlave, stop("/dev/null"), "nobody holds its other end"});
+  expect_refused({Program::kSlave, stop("fd:77"), "Bad file descriptor"});
 }
 
 TEST(BadInput, ASerialLineIsForOneStationOnly) {

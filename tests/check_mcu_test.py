@@ -36,7 +36,7 @@ class FakeMcu(threading.Thread):
         tty.setraw(self.fd)
         self.path = os.ttyname(self.host_side)
         self.state, self.faults, self.errors, self.echo = kit.SAFE, 0, 0, 0
-        self.safe_seen, self.consistent, self.previous, self.heard_at = False, 0, None, 0.0
+        self.safe_seen, self.consistent, self.previous, self.heard_at, self.leaves_at = False, 0, None, 0.0, None
         self.start()
 
     def run(self):
@@ -60,6 +60,8 @@ class FakeMcu(threading.Thread):
         silent = time.monotonic() - self.heard_at > 0.060
         if silent and self.state != kit.SAFE and self.fault != "has no watchdog":
             self.state, self.faults = kit.SAFE, kit.WATCHDOG
+        if self.leaves_at is not None and time.monotonic() > self.leaves_at:
+            self.state, self.leaves_at = kit.SAFE, None
         if silent:
             self.safe_seen, self.consistent = False, 0
 
@@ -76,8 +78,11 @@ class FakeMcu(threading.Thread):
         mode, seq, x = bits >> 46, bits >> 42 & 15, bits >> 28 & 0x3FFF
         if mode == kit.CONFIG and self.fault != "lives on CONFIG":
             return
-        self.heard_at, self.echo = time.monotonic(), mode << 4 | seq
-        if mode == kit.SAFE:
+        repeated = self.state != kit.SAFE and mode << 4 | seq == self.echo and self.fault != "lives on repetition"
+        self.heard_at, self.echo = self.heard_at if repeated else time.monotonic(), mode << 4 | seq
+        if mode == kit.SAFE and self.state != kit.SAFE and self.fault == "stops gently":
+            self.leaves_at = self.leaves_at or time.monotonic() + 0.050
+        elif mode == kit.SAFE:
             self.state, self.safe_seen, self.consistent = kit.SAFE, True, 0
         elif self.state == kit.SAFE and (self.safe_seen or self.fault == "needs no SAFE"):
             follows = self.previous == (mode, (seq - 1) % 16, x) or self.fault == "counts what does not follow"
@@ -130,12 +135,14 @@ class CheckMcu(unittest.TestCase):
                              "counts no errors": kit.rejects_wrong_lengths,
                              "changes its mode": kit.stays_in_its_mode,
                              "has no watchdog": kit.lets_go_when_the_line_is_silent,
-                             "lives on CONFIG": kit.config_is_no_sign_of_life}.items():
+                             "stops gently": kit.stops_at_once,
+                             "lives on CONFIG": kit.config_is_no_sign_of_life,
+                             "lives on repetition": kit.repetition_is_no_sign_of_life}.items():
             with self.subTest(fault=fault):
                 self.assertIsNotNone(verdict_of(check, fault), f"{check.__name__} passes an MCU that {fault}")
 
     def test_passes_a_fake_without_a_fault(self):
-        for check in (kit.does_not_start_without_safe, kit.rejects_wrong_lengths):
+        for check in (kit.does_not_start_without_safe, kit.rejects_wrong_lengths, kit.stops_at_once, kit.repetition_is_no_sign_of_life):
             self.assertIsNone(verdict_of(check, None))
 
     def heard(self, fd):

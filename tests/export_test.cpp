@@ -97,7 +97,7 @@ TEST(ExportCsv, ReadsBackAsTheSameDoubles) {
     std::getline(in, line);
     for (const double value : values) {
       ASSERT_TRUE(std::getline(in, line));
-      ASSERT_EQ(std::count(line.begin(), line.end(), ','), 7);
+      ASSERT_EQ(std::count(line.begin(), line.end(), ','), 8);
       std::string_view cell(line);
       for (int i = 0; i < 6; ++i) cell.remove_prefix(cell.find(',') + 1);
       double read = 0;
@@ -198,9 +198,9 @@ TEST(Export, ReadsAnUnfinishedRecording) {
   }
   const Exported exported = export_csv(scratch / "mcu.mcap.part", scratch / "csv");
   EXPECT_EQ(exported.problems.size(), 1u);
-  EXPECT_EQ(
-      file_bytes(scratch / "csv/mcu.csv"),
-      "t_s,t_ns,true_x_rad,true_v_rad_s,true_f_nm,motor_x_rad,spring_torque_nm,mcu_state\n0,2000000000,0,0,0,0,0,0\n");
+  EXPECT_EQ(file_bytes(scratch / "csv/mcu.csv"),
+            "t_s,t_ns,true_x_rad,true_v_rad_s,true_f_nm,motor_x_rad,spring_torque_nm,mcu_state,"
+            "torque_command_nm\n0,2000000000,0,0,0,0,0,0,0\n");
 }
 
 }  // namespace

@@ -224,6 +224,41 @@ TEST(McuCore, WatchdogRampsFrom20MsAndIsSafeWithin50More) {
   EXPECT_EQ(bench.core.torque_command(), 0);
 }
 
+// What says nothing about a host that still thinks.
+TEST(McuCore, NothingButANewFrameOfItsModeFeedsTheWatchdog) {
+  const std::pair<const char*, void (*)(Bench&)> feeds[] = {
+      {"nothing", [](Bench&) {}},
+      {"the last frame again", [](Bench& b) { --b.seq, b.send(Mode::kTrack); }},
+      {"frames of the other mode", [](Bench& b) { b.send(Mode::kTorque); }},
+      {"parameter frames", [](Bench& b) { b.send(Mode::kConfig); }},
+      {"zeros", [](Bench& b) { b.core.receive(0); }},
+      {"a bit flipped in each",
+       [](Bench& b) {
+         std::uint8_t wire[kWireBytes];
+         encode(make_command(Mode::kTrack, b.seq++, 0, 0, 0), wire);
+         wire[3] ^= 1;
+         for (const std::uint8_t byte : wire) b.core.receive(byte);
+       }},
+      {"cut short",
+       [](Bench& b) {
+         std::uint8_t wire[kWireBytes];
+         encode(make_command(Mode::kTrack, b.seq++, 0, 0, 0), wire);
+         for (int i = 2; i < kWireBytes; ++i) b.core.receive(wire[i]);
+       }},
+  };
+  for (const auto& [name, feed] : feeds) {
+    Bench bench;
+    bench.activate(Mode::kTrack);
+    bench.send(Mode::kTrack);
+    for (int k = 0; k < 160; ++k) {
+      if (k % 2 == 1) feed(bench);
+      const State state = bench.loop().state;
+      ASSERT_EQ(bench.core.faults(), k < 40 ? 0 : kWatchdog) << name << " " << k;
+      ASSERT_EQ(state, k < 139 ? State::kTrack : State::kSafe) << name << " " << k;
+    }
+  }
+}
+
 TEST(McuCore, AfterTheWatchdogOnlyTheExplicitEdgeStartsAgain) {
   Bench bench;
   bench.activate(Mode::kTrack);
@@ -254,6 +289,27 @@ TEST(McuCore, ASafeFrameEndsActivityThroughTheRamp) {
   EXPECT_EQ(previous, 0.0);
   EXPECT_EQ(bench.loop().state, State::kSafe);
   EXPECT_EQ(bench.core.faults(), 0);
+}
+
+// From activity and from a ramp that is under way; no longer than the patient's own stop, and nothing is latched.
+TEST(McuCore, AStopFrameLetsGoWithinTwoMilliseconds) {
+  for (const int into_the_ramp : {-1, 0, 5, 97}) {
+    Bench bench;
+    bench.activate(Mode::kTorque);
+    for (int i = 0; i < 20; ++i) bench.send(Mode::kTorque, 0, 0, -3.0), bench.frame_time();
+    if (into_the_ramp >= 0) bench.send(Mode::kSafe);
+    for (int i = 0; i < into_the_ramp; ++i) bench.loop();
+    ASSERT_NE(bench.core.torque_command(), 0);
+    bench.send(make_stop(bench.seq++));
+    for (int i = 0; i < 4; ++i) bench.loop(), bench.send(make_stop(bench.seq++));
+    EXPECT_EQ(bench.core.torque_command(), 0);
+    EXPECT_EQ(bench.loop().state, State::kSafe);
+    EXPECT_EQ(bench.core.faults(), 0);
+    for (int i = 0; i < 200; ++i) {
+      bench.send(Mode::kTrack);
+      ASSERT_EQ(bench.frame_time().state, i < 2 ? State::kSafe : State::kTrack) << i;
+    }
+  }
 }
 
 // Every forged frame is valid to the CRC. The worst that one can do is a step of each reference, or a stop.

@@ -182,6 +182,24 @@ TEST(Receiver, SilenceCountsFromTheLastUsefulArrivalOnTheLocalClock) {
   EXPECT_FALSE(receiver->alive(4 * kSecond));
 }
 
+TEST(Receiver, ASilenceThatNoTickSawIsToldOnce) {
+  const auto receiver = make_receiver();
+  receiver->accept(packet_at(1, 0), 0);
+  receiver->accept(packet_at(2, kMillisecond), kParams.timeout);
+  EXPECT_FALSE(receiver->take_lapse());
+  receiver->accept(packet_at(3, 2 * kMillisecond), 2 * kParams.timeout + 1);
+  receiver->accept(packet_at(4, 3 * kMillisecond), 2 * kParams.timeout + 1);
+  EXPECT_TRUE(receiver->alive(2 * kParams.timeout + 1));
+  EXPECT_TRUE(receiver->take_lapse());
+  EXPECT_FALSE(receiver->take_lapse());
+  Packet<1> other = packet_at(1, 0);
+  for (const StationState state : {StationState::kReady, StationState::kEngaged}) {
+    ++other.session, other.state = state;
+    receiver->accept(other, 2 * kParams.timeout + 1);
+    EXPECT_EQ(receiver->take_lapse(), state == StationState::kEngaged);
+  }
+}
+
 TEST(Receiver, RoundTripNeedsNoCommonClock) {
   const auto here = make_receiver();
   const auto there = std::make_unique<Receiver1>(kParams, kSession);

@@ -99,6 +99,25 @@ TEST_F(Serial, AFullOutputBufferIsCountedAndNoError) {
   EXPECT_GT(port.write(every_byte()), 0u) << "it flows again once the board reads";
 }
 
+TEST_F(Serial, WhatHasNotLeftYetCanBeOvertaken) {
+  Pty board(link_);
+  SerialPort port(link_);
+  const std::vector<std::uint8_t> bytes(1000, 0x55), urgent(10, 0x66);
+  for (int i = 0; i < 200; ++i) port.write(bytes);
+  ASSERT_GT(port.counters().bytes_not_written, 0u);
+  const std::uint64_t written = port.counters().bytes_written;
+  port.drop_unsent();
+  ASSERT_EQ(port.write(urgent), urgent.size());
+  // What a pseudo terminal has given to the other end cannot be called back.
+  std::vector<std::uint8_t> heard;
+  while (heard.empty() || heard.back() != 0x66) {
+    const auto more = read_all(board, 1);
+    ASSERT_FALSE(more.empty());
+    heard.insert(heard.end(), more.begin(), more.end());
+  }
+  EXPECT_LT(heard.size(), written);
+}
+
 TEST_F(Serial, TelemetryFromBeforeTheOpenIsDiscarded) {
   Pty board(link_);
   board.write(std::vector<std::uint8_t>(100, 1));
@@ -298,6 +317,7 @@ TEST_F(Serial, NoCallOfTheLoopTouchesTheHeapOrAMutexEvenWhenFullOrLost) {
     board->read(buffer);
     board->write(bytes);
     port.read(buffer);
+    port.drop_unsent();
   }
   EXPECT_EQ(counter.since(), Touched{});
   EXPECT_GT(port.counters().bytes_read, 0u);

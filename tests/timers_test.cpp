@@ -21,7 +21,7 @@ const Path kPaths[] = {
      }},
     {"after the therapist restarted", [](Box& box) { box.restart_therapist(), box.ticks(300); }},
     {"after the therapist's clock was set forward",
-     [](Box& box) { box.set_therapists_clock(3600 * kSecond), box.ticks(300); }},
+     [](Box& box) { box.set_therapists_clock(kSecond), box.ticks(2500); }},
     {"after the patient's stop and reset",
      [](Box& box) { box.keys.say("stop\n"), box.ticks(300), box.keys.say("reset\n"), box.ticks(300); }},
     {"after the MCU's stop and release",
@@ -46,11 +46,11 @@ class Timers : public testing::TestWithParam<Path> {
     GetParam().take(box);
     ASSERT_TRUE(box.engage()) << name_of(box.state()) << ", " << name_of(box.reason());
   }
-  // The therapist's stream still says that it is engaged.
-  void expect_latched(S state) {
-    for (int k = 0; k < 1500; ++k) {
+  // The therapist's stream still says that it is engaged, and that alone brings nothing back.
+  void expect_latched() {
+    for (int k = 0; k < 1200; ++k) {
       box.tick();
-      ASSERT_EQ(box.state(), state);
+      ASSERT_NE(box.state(), S::kEngaged);
     }
     ASSERT_TRUE(box.engage()) << "the way back is the operator's";
   }
@@ -70,7 +70,7 @@ TEST_P(Timers, TheNetworkHoldsAfter100MillisecondsAndATickAndStays) {
   EXPECT_EQ(box.state(), S::kHolding);
   EXPECT_EQ(box.reason(), Reason::kPeerSilent);
   box.network = true;
-  expect_latched(S::kHolding);
+  expect_latched();
 }
 
 TEST_P(Timers, TheSerialLineLetsGoAfter50MillisecondsAndATickAndStays) {
@@ -78,9 +78,8 @@ TEST_P(Timers, TheSerialLineLetsGoAfter50MillisecondsAndATickAndStays) {
   const Nanoseconds took = box.until([&] { return box.state() != S::kEngaged; });
   EXPECT_TRUE(took == 51 * kMillisecond || took == 50 * kMillisecond) << took;
   EXPECT_EQ(box.reason(), Reason::kDeviceLost);
-  const S left_in = box.state();
   box.orthosis.from_mcu = [](const Bytes& bytes) { return bytes; };
-  expect_latched(left_in);
+  expect_latched();
 }
 
 TEST_P(Timers, TheMcuLetsGoAfter20And50MillisecondsSaysSoAndStays) {
@@ -95,9 +94,8 @@ TEST_P(Timers, TheMcuLetsGoAfter20And50MillisecondsSaysSoAndStays) {
   box.ticks(20);  // the page of faults comes by
   EXPECT_EQ(box.side->axis().slow().faults(), mcu::kWatchdog);
   EXPECT_EQ(box.reason(), Reason::kDeviceLost);
-  const S left_in = box.state();
   box.orthosis.to_mcu = true;
-  expect_latched(left_in);
+  expect_latched();
 }
 
 TEST(TimersFed, ByNothingYetNobodyIsAlive) {

@@ -44,6 +44,7 @@ void encode(Nanoseconds t, const McuSample& sample, record::McuSample& message) 
   message.set_true_f_nm(sample.true_f_nm);
   message.set_motor_x_rad(sample.motor_x_rad);
   message.set_spring_torque_nm(sample.spring_torque_nm);
+  message.set_torque_command_nm(sample.torque_command_nm);
   message.set_mcu_state(static_cast<std::uint32_t>(sample.state));
 }
 
@@ -110,6 +111,7 @@ McuSample decode(const record::McuSample& message) {
   sample.true_f_nm = message.true_f_nm();
   sample.motor_x_rad = message.motor_x_rad();
   sample.spring_torque_nm = message.spring_torque_nm();
+  sample.torque_command_nm = message.torque_command_nm();
   sample.state = static_cast<int>(message.mcu_state());
   return sample;
 }

@@ -14,6 +14,7 @@ struct McuSample {
          true_f_nm = 0;    // f_nm: between orthosis and hand, sign convention of Motion::f
   double motor_x_rad = 0;  // seen at the joint
   double spring_torque_nm = 0;
+  double torque_command_nm = 0;
   int state = 0;
 };
 

@@ -128,6 +128,7 @@ class Box {
   }
   void set_therapists_clock(Nanoseconds by) { clock_ += by; }
   Packet<1> next_packet() {
+    if (says == S::kEngaged && stream.state != S::kEngaged) engaged_at_ = now;
     stream.seq += 2;
     stream.send_time_ns = now + clock_;
     stream.state = says;
@@ -164,10 +165,9 @@ class Box {
   // What an operator does: wait until all is settled, then engage. True with torque on the hand.
   bool engage() {
     says = S::kReady;
-    ticks(1200);
+    ticks(1100);
     says = S::kEngaged;
-    engaged_at_ = now;
-    ticks(1500);
+    ticks(900);
     return state() == S::kEngaged && std::abs(torque()) > 0.3;
   }
 
