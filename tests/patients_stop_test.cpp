@@ -72,6 +72,44 @@ TEST(PatientsStop, LeavesNoTorqueOneFrameAndTwoMillisecondsLater) {
   }
 }
 
+TEST(PatientsStop, IsEndedByThePatientsSideOnlyAndThenNothingMovesByItself) {
+  for (const Way way : {Way::kKey, Way::kPedal, Way::kMcuInput}) {
+    SCOPED_TRACE(kWays[static_cast<int>(way)]);
+    Box box;
+    ASSERT_TRUE(box.engage());
+    press(box, way);
+    for (int k = 0; k < 3000; ++k) {  // the therapist lets go, and engages again
+      box.says = k < 1500 ? S::kReady : S::kEngaged;
+      box.tick();
+      ASSERT_NE(box.state(), S::kEngaged);
+    }
+    EXPECT_EQ(box.torque(), 0);
+    OrthosisEmulator& mcu = box.orthosis.on_serial.emulator();
+    mcu.press_stop(false), box.ticks(10);
+    mcu.press_release(way == Way::kMcuInput), box.ticks(200), mcu.press_release(false);
+    box.keys.say("reset\n");
+    for (int k = 0; k < 1500; ++k) {
+      box.tick();
+      ASSERT_EQ(box.torque(), 0);
+    }
+    EXPECT_TRUE(box.engage());
+  }
+}
+
+// Pressed again while it is reset, and pressed for good.
+TEST(PatientsStop, IsNotResetWhileItIsPressed) {
+  Box box;
+  ASSERT_TRUE(box.engage());
+  press(box, Way::kPedalsEnd);
+  for (int k = 0; k < 4000; ++k) {
+    if (k % 100 == 0) box.keys.say("reset\n");
+    box.says = k < 2000 ? S::kReady : S::kEngaged;
+    box.tick();
+    ASSERT_NE(box.state(), S::kEngaged);
+  }
+  EXPECT_EQ(box.torque(), 0);
+}
+
 // A motor that is commanded by its torque: none in the same tick. One that slept has no MCU to let go for it, and its
 // socket is full of packets too young to be expired.
 class DirectBox {
@@ -106,6 +144,10 @@ TEST(PatientsStop, OfADirectDriveLeavesNoTorqueInTheSameTick) {
   DirectBox box;
   box.tick(S::kEngaged, OperatorAct::kStop);
   EXPECT_EQ(box.side.trace().effort, 0.0);
+  for (int k = 0; k < 3000; ++k) {
+    box.tick(k < 1500 ? S::kReady : S::kEngaged);
+    ASSERT_EQ(box.side.trace().effort, 0.0);
+  }
 }
 
 TEST(TimersFed, ADirectDriveThatSleptHoldsWhereItIs) {

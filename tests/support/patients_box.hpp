@@ -199,8 +199,12 @@ class Box {
 
   OperatorInput keys_{keys.fd[0]};
   StopInput pedal_{"fd:" + std::to_string(pedal.fd[0])};
+  OperatorTimeline timeline_{the_scene().scene, Role::kFollower};
   PacketCodec<1> codec_;
-  StationLoop loop_{*side, Role::kFollower, 1e6, {.link = &inbox, .operator_input = &keys_, .stop_input = &pedal_}};
+  StationLoop loop_{*side,
+                    Role::kFollower,
+                    1e6,
+                    {.link = &inbox, .operator_input = &keys_, .timeline = &timeline_, .stop_input = &pedal_}};
   Nanoseconds clock_ = 77 * kSecond;  // the therapist's, ahead of ours
   Nanoseconds engaged_at_ = 0;
   double x_ = 0;
