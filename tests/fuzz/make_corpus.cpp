@@ -93,6 +93,9 @@ void serial() {
     if (choice == 0) {
       seed("serial_mcu", "good_start_then_stop_and_release", start + "\xC1\x88\xC0\x82\xC2\xBF\xBF\xBF\xBF\xBF");
       seed("serial_mcu", "good_start_then_jump", start + std::string("\xC8\x10\x27\x00\x00\xBF\xBF", 7));
+      // 1600 counts are 0.5 rad, where x_ref never goes.
+      seed("serial_mcu", "good_start_beyond_the_range",
+           std::string("\0\xD8\x40\x06\0\0\x40\x06\0\0\x83", 11) + start.substr(1));
       seed("serial_mcu", "good_raw_frames",
            start + '\x14' + frame(mcu::make_command(mcu::Mode::kSafe, 1, 0, 0, 0), true) +
                frame(mcu::make_command(mcu::Mode::kTorque, 2, 0, 0, 1), true) + "\xBF");

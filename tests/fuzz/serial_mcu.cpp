@@ -82,6 +82,7 @@ class Watched {
 
   void loop() {
     const std::int32_t before = core_.torque_command();
+    const std::int32_t x_before = core_.x_command();
     const std::uint8_t faults_before = core_.faults();
     const mcu::McuOutput output = core_.step(input);
     const std::int32_t torque = core_.torque_command();
@@ -92,6 +93,7 @@ class Watched {
     require(std::abs(torque) <= p_.torque_limit, "the torque is limited");
     const std::int32_t ramp = p_.torque_limit / std::min(p_.stop_loops, p_.ramp_loops) + p_.ramp_loops;
     require(std::abs(torque - before) <= std::max(p_.torque_step, ramp), "the torque does not jump");
+    require(std::abs(core_.x_command() - x_before) <= p_.x_step, "no reference jumps between frames");
     require(torque == 0 || active(output.state) || output.state == State::kFault, "there is no torque in SAFE");
     require(!active(output.state) || active(state_) || permission_.given(), "only SAFE and three frames start it");
     if (permission_.loops_silent() > p_.watchdog_loops + p_.ramp_loops + 1) {
