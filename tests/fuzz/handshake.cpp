@@ -1,6 +1,8 @@
 // What comes before the first packet: greetings, datagrams of strangers at the listener's door, and someone on the path
 // between two stations who drops, repeats, damages, cuts and makes up datagrams. Nobody without the key gets a session,
 // changes what is agreed on, or keeps the two apart once he is gone.
+#include <google/protobuf/stubs/logging.h>
+
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -73,6 +75,7 @@ std::vector<std::byte> to_bytes(Bytes bytes) {
 }
 
 bool greetings(Bytes input) {
+  const google::protobuf::LogSilencer silent;  // it says on stderr what is no text
   const std::optional<Greeting> read = decode_greeting(to_bytes(input));
   if (!read) return false;
   const Greeting own = greeting_of(StationRole::kTherapist);
