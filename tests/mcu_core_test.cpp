@@ -362,6 +362,26 @@ TEST(McuCore, ReferencesStayInsideTheRange) {
   }
 }
 
+TEST(McuCore, AStartBeyondTheRangeWalksIntoItByTheStepsOfAFrame) {
+  Bench bench;
+  const double x = 0.5, step = bench.settings.velocity_limit * 1e-3;
+  bench.send(Mode::kSafe, x);
+  bench.frame_time(x, x);
+  double before = 0;
+  for (int frame = 0; frame < 100; ++frame) {
+    bench.send(Mode::kTrack, x, 0.5);
+    for (int loop = 0; loop < 2; ++loop) {
+      bench.loop(x, x);
+      const double now = to_rad(bench.core.x_command());
+      if (frame > 2) {
+        ASSERT_LE(std::abs(now - before), step + 1e-6) << frame;
+      }
+      before = now;
+    }
+  }
+  EXPECT_NEAR(before, bench.settings.range_max, 1e-6);
+}
+
 TEST(McuCore, TorqueIsLimitedInSizeAndRate) {
   McuSettings settings;
   settings.torque_limit = 1.5, settings.torque_rate_limit = 100;

@@ -41,6 +41,9 @@ class Path {
   void rebind() { rebind_ = true; }
   // Every datagram comes damaged before, from a foreign port besides, and twice.
   std::atomic<bool> attack{false};
+  // With every packet to the master come ten datagrams from elsewhere: beginnings of handshakes, packets of others,
+  // noise.
+  std::atomic<bool> flood{false};
 
   std::uint64_t packets_to_master() const { return packets_to_master_; }
   std::vector<Datagram> captured() {
@@ -76,6 +79,12 @@ class Path {
       const std::lock_guard lock(mutex_);
       if (captured_.size() < 20'000) captured_.emplace_back(datagram.begin(), datagram.end());
     }
+    for (int i = 0; flood && foreign != nullptr && packet && i < 10; ++i) {
+      Datagram junk(datagram.begin(), datagram.end());
+      for (std::size_t at = i % 3 == 0 ? 0 : 12; at < junk.size(); ++at) junk[at] = static_cast<std::byte>(bits_());
+      foreign->send(i % 3 == 1 ? std::span<const std::byte>(hello_) : junk);
+    }
+    if (hello_.empty() && !packet) hello_.assign(datagram.begin(), datagram.end());
     if (attack) {
       Datagram damaged(datagram.begin(), datagram.end());
       damaged[bits_() % damaged.size()] ^= static_cast<std::byte>(1u << bits_() % 8);
@@ -92,6 +101,7 @@ class Path {
   std::atomic<std::uint64_t> packets_to_master_{0};
   std::mutex mutex_;
   std::vector<Datagram> captured_;
+  Datagram hello_;  // the first word of the handshake
   std::mt19937_64 bits_{1};
   std::thread thread_;
 };
@@ -197,6 +207,20 @@ TEST_F(Secured, RepetitionsForgeriesAndForeignSendersHaveNoEffect) {
   EXPECT_GT(counted(*master_, "of another address"), 300u);
   EXPECT_EQ(counted(*master_, "sessions"), 1u);
   EXPECT_GT(counted(*slave_, "replayed"), 300u);
+}
+
+TEST_F(Secured, AFloodOfTenForeignDatagramsForEachPacketTakesNothingFromTheSession) {
+  ASSERT_TRUE(both_hear()) << master_->err() << slave_->err();
+  path_->flood = true;
+  const std::uint64_t begun = path_->packets_to_master();
+  ASSERT_TRUE(comes_true([&] { return path_->packets_to_master() > begun + 2000; }));
+  EXPECT_TRUE(both_hear());
+  stop();
+  std::printf("%s", master_->out().c_str());
+  EXPECT_EQ(counted(*master_, "sessions"), 1u);
+  EXPECT_GT(counted(*master_, "of another address"), 5000u);
+  // While the machine stalls the flood fills the socket, and packets are lost as on a network.
+  EXPECT_GT(counted(*master_, "opened"), 1000u);
 }
 
 TEST_F(Secured, ARestartedBoxAndOneBehindANewAddressAreHeardAgain) {

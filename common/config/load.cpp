@@ -34,11 +34,15 @@ constexpr const char* kEnding = ".txtpb";
 class Mistakes {
  public:
   bool full() const { return sentences_.size() >= kMaxSentences; }
+  // One sentence is one line, also if it quotes a tab or a line break of the command line.
   void add(const std::string& place, const std::string& sentence) {
-    if (full())
+    if (full()) {
       ++more_;
-    else
-      sentences_.push_back(place + ": " + sentence);
+      return;
+    }
+    std::string& line = sentences_.emplace_back(place + ": " + sentence);
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return c == '\t' || c == '\r' || c == '\n'; }, ' ');
   }
   void throw_if_any() const {
     if (sentences_.empty()) return;

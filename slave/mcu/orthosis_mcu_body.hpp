@@ -78,11 +78,12 @@ void OrthosisCore<P>::start(Mode mode) {
 }
 
 // A wrong frame passes the CRC once in 65536. The gate stands at the frame and not at the loop, so that such a frame
-// moves each reference by one step, however long it stays the newest.
+// moves each reference by one step, however long it stays the newest. A start beyond the range walks into it by the
+// same steps.
 template <class P>
 void OrthosisCore<P>::accept(const Command& command) {
   silent_loops_ = loops_since_frame_ = 0;
-  x_command_ = clamp(towards(x_command_, command.x_ref * kXUnits, p().x_step), p().x_min, p().x_max);
+  x_command_ = towards(x_command_, clamp(command.x_ref * kXUnits, p().x_min, p().x_max), p().x_step);
   v_command_ = towards(v_command_, command.v_ref * kVUnits, p().v_step);
   f_command_ = towards(f_command_, command.f_ref * kFUnits, p().f_step);
 }
@@ -195,7 +196,8 @@ void OrthosisCore<P>::move_torque_command() {
   if (phase_ == Phase::kActive) {
     // Between two frames the reference moves on by its own velocity; once a frame is overdue it waits.
     if (loops_since_frame_ > 0 && loops_since_frame_ < p().loops_per_frame) {
-      x_command_ = clamp(x_command_ + times(v_command_, p().per_loop), p().x_min, p().x_max);
+      const int32_t next = x_command_ + times(v_command_, p().per_loop);
+      x_command_ = towards(x_command_, clamp(next, p().x_min, p().x_max), p().x_step);
     }
     if (loops_since_frame_ < p().loops_per_frame) ++loops_since_frame_;
     tau_allowed_ =

@@ -1,0 +1,83 @@
+// A tick under a flood: a link that never runs dry, and one on which each packet comes with ten that are none.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "common/runtime/station_loop.hpp"
+
+namespace farhand {
+namespace {
+
+// What is received, in turn; the next of each tick begin anew.
+class FloodedLink final : public PeerLink {
+ public:
+  int junk = 0;         // of others, before each packet
+  int garbage = 0;      // authentic and undecodable, before each packet
+  bool endless = true;  // and never a packet
+  int asked = 0, most_asked = 0;
+
+  void advance(Nanoseconds now) noexcept override {
+    now_ = now;
+    asked = 0;
+  }
+  Received receive(std::span<std::byte>, Nanoseconds, std::span<const std::byte>& packet) noexcept override {
+    most_asked = std::max(most_asked, ++asked);
+    if (endless || asked <= junk) return Received::kOther;
+    if (asked > junk + garbage + 1) return Received::kNothing;
+    packet = asked <= junk + garbage ? std::span<const std::byte>(garbage_)
+                                     : codec_.encode({.session = 9, .seq = ++seq_, .send_time_ns = now_, .motion = {}});
+    return Received::kPacket;
+  }
+  void accept() noexcept override {}
+  bool send(std::span<const std::byte>) noexcept override { return true; }
+  bool called(Nanoseconds) noexcept override { return true; }
+  const UdpSocket& socket() const noexcept override { return socket_; }
+
+ private:
+  PacketCodec<1> codec_;
+  std::array<std::byte, PacketCodec<1>::kSize> garbage_{};
+  UdpSocket socket_ = UdpSocket::listen(parse_endpoint("127.0.0.1:0", EndpointUse::kListen));
+  std::uint32_t seq_ = 0;
+  Nanoseconds now_ = 0;
+};
+
+struct Flooded {
+  LoadedScene loaded = load_scene("zero_delay");
+  std::unique_ptr<Side> side = make_simulated_master(loaded.scene, 1);
+  int silent = ::open("/dev/null", O_RDONLY);
+  OperatorInput nobody{silent};
+  LiveStatusPrinter status{true};
+  FloodedLink link;
+  StationLoop loop{*side, Role::kLeader, 60, {.link = &link, .status = &status, .operator_input = &nobody}};
+
+  ~Flooded() { ::close(silent); }
+  void tick(int count) {
+    for (int i = 1; i <= count; ++i) {
+      const Nanoseconds now = kSecond + i * kMillisecond;
+      EXPECT_TRUE(loop({.now_ns = now,
+                        .deadline_ns = now,
+                        .elapsed_ns = i * kMillisecond,
+                        .index = static_cast<std::uint64_t>(i - 1)}));
+    }
+  }
+};
+
+TEST(Flood, ThatNeverRunsDryGetsABoundedShareOfATick) {
+  Flooded flooded;
+  flooded.tick(100);
+  EXPECT_EQ(flooded.link.most_asked, 256);
+  EXPECT_FALSE(flooded.side->receiver().heard());
+}
+
+TEST(Flood, OfTwentyDatagramsForEachPacketLosesNone) {
+  Flooded flooded;
+  flooded.link.endless = false;
+  flooded.link.junk = flooded.link.garbage = 10;
+  flooded.tick(200);
+  EXPECT_EQ(flooded.side->receiver().counters().received, 200u);
+  EXPECT_EQ(flooded.link.most_asked, 22);
+  EXPECT_EQ(flooded.loop.counters({}).rejected_format + flooded.loop.counters({}).rejected_checksum, 2000u);
+}
+
+}  // namespace
+}  // namespace farhand
