@@ -36,6 +36,7 @@ class FedPort {
   bool write(std::span<const std::uint8_t> bytes, double) noexcept {
     return bytes.size() == mcu::kWireBytes && bytes.back() == 0 && std::count(bytes.begin(), bytes.end(), 0) == 1;
   }
+  void drop_unsent(double) noexcept {}
   bool lost() noexcept { return false; }
 
  private:
