@@ -19,6 +19,7 @@ BIN = pathlib.Path()
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MAP = (ROOT / "common/README.md").read_text(encoding="utf-8")
 STATES = (ROOT / "common/STATES.md").read_text(encoding="utf-8")
+BOX = (ROOT / "slave/README.md").read_text(encoding="utf-8")
 SECURITY = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
 
 
@@ -116,19 +117,19 @@ class Map(unittest.TestCase):
 
 class Both(unittest.TestCase):
     def test_files_that_are_named_exist(self):
-        for name in re.findall(r"`((?:common|master|slave|netem|proto|tests|scripts)/[\w./*-]+)`", README + MAP + STATES + SECURITY):
+        for name in re.findall(r"`((?:common|master|slave|netem|proto|tests|scripts)/[\w./*-]+)`", README + MAP + STATES + BOX + SECURITY):
             if "NAME" not in name:
                 self.assertTrue(list(ROOT.glob(name.rstrip("/"))), name)
 
     def test_tests_that_are_named_exist(self):
         tests = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "tests").glob("*_test.cpp"))
-        named = re.findall(r"`([A-Z]\w+)\.([A-Z]\w+)`", README + MAP + STATES + SECURITY)
+        named = re.findall(r"`([A-Z]\w+)\.([A-Z]\w+)`", README + MAP + STATES + BOX + SECURITY)
         self.assertGreaterEqual(len(named), 10)
         for suite, name in named:
             self.assertRegex(tests, rf"TEST(_P|_F)?\({suite},\s*{name}\)")
 
     def test_lines_are_short_and_documents_too(self):
-        for text in (README, MAP, STATES, SECURITY):
+        for text in (README, MAP, STATES, BOX, SECURITY):
             self.assertLess(text.count("\n"), 300)
             for line in text.splitlines():
                 self.assertLessEqual(len(line), 400 if line.startswith("|") else 140, line)

@@ -47,8 +47,10 @@ struct Flooded {
   int silent = ::open("/dev/null", O_RDONLY);
   OperatorInput nobody{silent};
   LiveStatusPrinter status{true};
+  OperatorTimeline timeline{loaded.scene, Role::kLeader};
   FloodedLink link;
-  StationLoop loop{*side, Role::kLeader, 60, {.link = &link, .status = &status, .operator_input = &nobody}};
+  StationLoop loop{
+      *side, Role::kLeader, 60, {.link = &link, .status = &status, .operator_input = &nobody, .timeline = &timeline}};
 
   ~Flooded() { ::close(silent); }
   void tick(int count) {
