@@ -225,7 +225,8 @@ TEST(Codec, RejectsUnknownStatesAndLimits) {
   for (unsigned bit = 0; bit < 32; ++bit) {
     Packet<1> p;
     p.limits = 1u << bit;
-    EXPECT_EQ(codec.decode(codec.encode(p), out), bit < 6 ? DecodeResult::kOk : DecodeResult::kValue) << bit;
+    const bool known = bit % 16 < 11;  // those that act, and those that are near
+    EXPECT_EQ(codec.decode(codec.encode(p), out), known ? DecodeResult::kOk : DecodeResult::kValue) << bit;
   }
 }
 

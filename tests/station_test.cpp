@@ -125,8 +125,8 @@ struct Continuity {
         ASSERT_LE(dx.maxCoeff(), explained + 1e-9) << name_of(now.state);
       }
       largest_step = std::max(largest_step, dx.maxCoeff());
-      // J_n (C_p, K_f) of what changed, the observer's share, and the part of the law's torque that is handed over per
-      // tick.
+      // J_n (C_p, K_f) of what changed, the observer's share, the part of the law's torque that is handed over per
+      // tick, and the part of what the network asks that the patient's soft start is.
       const FourChannelGains& K = params.scene.drive.K;
       const AxisModel& model = params.scene.drive.model;
       const auto change = [](const Joints<1>& a, const Joints<1>& b) { return (a - b).abs().maxCoeff(); };
@@ -135,9 +135,13 @@ struct Continuity {
       const double d_f = change(now.target.f, last.target.f) + change(now.local.f, last.local.f);
       const double wish =
           (model.J_n * four_channel(K, now.local, now.target) + now.local.f).abs().maxCoeff() + model.viscous;
+      const double asked =
+          (K.K_p * (now.target.x - now.local.x).abs() + K.K_d * now.target.v.abs() + K.K_f * now.target.f.abs())
+              .maxCoeff();
       const double explained = model.J_n * (K.K_p * d_x + K.K_d * d_v + K.K_f * d_f) +
                                change(now.local.f, last.local.f) + model.viscous * change(now.local.v, last.local.v) +
-                               (params.scene.drive.dt_s / 0.2) * wish;
+                               (params.scene.drive.dt_s / 0.2) * wish +
+                               (params.scene.drive.dt_s / params.guard.limits.soft_start_s) * model.J_n * asked;
       ASSERT_LE((tau - torque).abs().maxCoeff(), explained + 1e-9) << name_of(last.state) << name_of(now.state);
     }
     begun = true;

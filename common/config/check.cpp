@@ -181,6 +181,7 @@ void check_together(Checker& checker, const scene::Scene& scene) {
   check_order(checker, scene.master().motor(), "master.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().motor(), "slave.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().series_elastic(), "slave.series_elastic.", "stop_min_rad", "stop_max_rad");
+  check_order(checker, scene.slave().limits(), "slave.limits.", "room_c", "surface_limit_c");
   check_start(checker, scene.master().motor(), "master.motor.");
   if (scene.slave().device() == scene::SERIES_ELASTIC)
     check_start(checker, scene.slave().series_elastic(), "slave.series_elastic.");

@@ -54,6 +54,22 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
   return p;
 }
 
+PatientLimits patient_limits(const scene::Slave& slave) {
+  const scene::Limits& l = slave.limits();
+  const double half = 0.5 * slave.axis().torque_limit_nm() / slave.axis().k_tn_nm_per_a();
+  const double usual_a = slave.device() == scene::SERIES_ELASTIC ? 1.0 : half;
+  return {.power_w = l.power_w(),
+          .energy_j = l.energy_j_per_min(),
+          .session_s = l.session_s(),
+          .continuous_a = l.has_motor_continuous_a() ? l.motor_continuous_a() : usual_a,
+          .overload = l.motor_overload(),
+          .overload_s = l.motor_overload_s(),
+          .surface_c = l.surface_limit_c(),
+          .room_c = l.room_c(),
+          .soft_start_s = l.soft_start_s(),
+          .let_go_after_s = l.let_go_after_s()};
+}
+
 }  // namespace
 
 StationParams master_station_params(const scene::Scene& scene, std::uint32_t session) {
@@ -64,7 +80,12 @@ StationParams master_station_params(const scene::Scene& scene, std::uint32_t ses
 }
 
 StationParams slave_station_params(const scene::Scene& scene, std::uint32_t session) {
-  return station_params(scene, Role::kFollower, scene.slave().axis(), session);
+  const scene::Axis& axis = scene.slave().axis();
+  StationParams p = station_params(scene, Role::kFollower, axis, session);
+  p.scene.drive.gate.acceleration = axis.acceleration_limit_rad_s2();
+  p.scene.drive.gate.speed = axis.velocity_limit_rad_s();
+  p.guard.limits = patient_limits(scene.slave());
+  return p;
 }
 
 }  // namespace farhand

@@ -1,6 +1,8 @@
 // The settings of the laws, apart from the laws: what only sets them is not rebuilt when one is edited.
 #pragma once
 
+#include <limits>
+
 #include "common/signal/cutoff.hpp"
 
 namespace farhand {
@@ -25,6 +27,8 @@ struct GateParams {
   double velocity = 4.0;        // rad/s, of a reference
   double range_min = -0.349;    // rad
   double range_max = 0.349;
+  double acceleration = std::numeric_limits<double>::infinity();  // rad/s2, asked for
+  double speed = std::numeric_limits<double>::infinity();         // rad/s, of an axis that takes a torque
 };
 
 }  // namespace farhand

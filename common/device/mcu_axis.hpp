@@ -97,6 +97,9 @@ class McuAxis {
     sensed_.x[0] = mcu::angle_rad(telemetry);
     sensed_.f[0] = mcu::torque_nm(telemetry);
     slow_.take(telemetry);
+    const mcu::SlowPage page = mcu::slow_page(telemetry.seq);
+    if (page == mcu::SlowPage::kCurrent) sensed_.device.motor_current = slow_.motor_current_a();
+    if (page == mcu::SlowPage::kTemperatureC) sensed_.device.surface_temperature = slow_.temperature_c();
   }
 
   mcu::FrameDecoder decoder_;

@@ -359,20 +359,20 @@ std::string Figures::torque_against_angle() const {
 }
 
 std::string Figures::limits() const {
-  constexpr std::pair<std::uint32_t, const char*> kNames[] = {
-      {kLimitTorque, "torque"},        {kLimitRate, "rate"},    {kLimitRange, "range"}, {kLimitVelocity, "velocity"},
-      {kLimitNotFinite, "not finite"}, {kLimitDevice, "device"}};
   Lanes lanes("Limits that acted", time_);
   lanes.landmarks(landmarks_);
   bool any = false;
   for (const auto& [side_name, side, fill] :
        {std::tuple("m", &session_.master, "#08519c"), std::tuple("s", &session_.slave, "#e6700b")}) {
-    for (const auto& [bit, name] : kNames) {
-      const auto make = [&, colour = fill](auto& out, bool acts, double from, double until) {
-        if (acts) out.push_back({from, until, colour, 1, ""});
+    for (const auto& [bit, name] : kLimitNames) {
+      // What acts is full, what is only near is pale.
+      const auto make = [&, colour = fill](auto& out, int acts, double from, double until) {
+        if (acts > 0) out.push_back({from, until, colour, acts > 1 ? 1 : 0.3, ""});
       };
-      auto acting = stretches(
-          *side, [&, mask = bit](const StationSample& s) { return (s.limits & mask) != 0; }, make);
+      const auto acts = [mask = bit](const StationSample& s) {
+        return (s.limits & mask) != 0 ? 2 : (s.limits & mask << kWarningShift) != 0 ? 1 : 0;
+      };
+      auto acting = stretches(*side, acts, make);
       if (acting.empty()) continue;
       any = true;
       lanes.lane(std::string(name) + ", " + side_name, std::move(acting));

@@ -19,6 +19,16 @@ std::string number_or_dash(const char* format, double value) {
   return text;
 }
 
+// "  patient: power, heat near", or nothing.
+std::string limits_text(const char* who, std::uint32_t limits) {
+  std::string text;
+  for (const auto& [bit, name] : kLimitNames) {
+    const bool acts = (limits & bit) != 0, near = (limits & bit << kWarningShift) != 0;
+    if (acts || near) text += (text.empty() ? "" : ", ") + std::string(name) + (acts ? "" : " near");
+  }
+  return text.empty() ? "" : std::string("  ") + who + ": " + text;
+}
+
 // A reader that does not read must not hold up the end of the session.
 void write_if_ready(int fd, const std::string& text) {
   pollfd ready{fd, POLLOUT, 0};
@@ -34,7 +44,7 @@ std::string format_live_status(const LiveStatus& s) {
                 "%7.1f s  %-9s  x_m %+7.3f  x_s %+7.3f rad  f_m %+7.3f  f_s %+7.3f N m  RTT %s ms  loss %s %%", s.t_s,
                 name_of(s.state), s.x_m_rad, s.x_s_rad, s.f_m_nm, s.f_s_nm,
                 number_or_dash("%.1f", 1e3 * s.rtt_s).c_str(), number_or_dash("%.1f", 1e2 * s.loss_share).c_str());
-  return text;
+  return text + limits_text("therapist", s.therapist_limits) + limits_text("patient", s.patient_limits);
 }
 
 LiveStatusPrinter::LiveStatusPrinter(bool quiet, int fd) : fd_(fd), terminal_(isatty(fd) != 0) {

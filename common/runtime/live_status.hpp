@@ -17,8 +17,9 @@ struct LiveStatus {
   StationState state = StationState::kOff;
   double x_m_rad = 0, x_s_rad = 0;
   double f_m_nm = 0, f_s_nm = 0;
-  double rtt_s = 0;       // NaN while unknown
-  double loss_share = 0;  // of the packets from the peer, 0..1; NaN while unknown
+  double rtt_s = 0;                                        // NaN while unknown
+  double loss_share = 0;                                   // of the packets from the peer, 0..1; NaN while unknown
+  std::uint32_t therapist_limits = 0, patient_limits = 0;  // LimitBit, those that are near too
 };
 
 std::string format_live_status(const LiveStatus& status);

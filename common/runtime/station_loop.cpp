@@ -97,6 +97,9 @@ void StationLoop::show(double t_s) noexcept {
   s.rtt_s = trace.rtt > 0 ? to_seconds(trace.rtt) : unknown;
   const double expected = static_cast<double>(counters.received + counters.lost);
   s.loss_share = expected > 0 ? static_cast<double>(counters.lost) / expected : unknown;
+  const std::uint32_t peer_limits = side_.receiver().newest().limits;
+  s.therapist_limits = leader ? trace.limits : peer_limits;
+  s.patient_limits = leader ? peer_limits : trace.limits;
   ports_.status->show(s);
 }
 

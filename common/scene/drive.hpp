@@ -43,7 +43,7 @@ class DirectDrive {
   bool at_rest(const Sensed& /*sensed*/) const noexcept { return (gate_.applied() == 0.0).all(); }
   void limit(const GateParams& gate) noexcept { gate_.limit(gate); }  // from now on
 
-  double effort() const noexcept { return gate_.applied()[0]; }
+  const Joints<N>& torque() const noexcept { return gate_.applied(); }  // applied
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
 
  private:
@@ -92,7 +92,7 @@ class ReferenceDrive {
   bool at_rest(const Sensed& sensed) const noexcept { return sensed.at_rest; }
   void limit(const GateParams& gate) noexcept { gate_.limit(gate); }  // from now on
 
-  double effort() const noexcept { return gate_.applied().f[0]; }
+  const Joints<N>& torque() const noexcept { return gate_.applied().f; }  // asked of the device
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
 
  private:

@@ -1,9 +1,17 @@
 // What goes in and out of the two kinds of axis a station can stand on, apart from the laws between.
 #pragma once
 
+#include <optional>
+
 #include "common/signal/motion.hpp"
 
 namespace farhand {
+
+// What a device tells besides, slowly, where it can.
+struct DeviceReadings {
+  std::optional<double> motor_current;        // A
+  std::optional<double> surface_temperature;  // deg C, of the motor
+};
 
 // A motor that takes a torque.
 template <int N>
@@ -11,6 +19,7 @@ struct DirectIo {
   struct Sensed {
     Joints<N> x = Joints<N>::Zero();  // rad
     bool valid = true;                // false: the device cannot be read
+    DeviceReadings device = {};
     bool finite() const noexcept { return x.allFinite(); }
   };
   struct Command {
@@ -26,6 +35,7 @@ struct ReferenceIo {
     Joints<N> f = Joints<N>::Zero();  // reaction, N m
     bool valid = false;               // false: no fresh telemetry, or the device is in a fault
     bool at_rest = true;              // the device says that it follows nothing
+    DeviceReadings device = {};
     bool finite() const noexcept { return x.allFinite() && f.allFinite(); }
   };
   struct Command {

@@ -27,7 +27,7 @@ template <int N>
 auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept
     -> Command {
   authority_ = std::clamp(authority_ + (driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
-  const Joints<N> wish = model_.J_n * four_channel(K_, local, target) + dob_.value();
+  const Joints<N> wish = model_.J_n * gate_.bounded(four_channel(K_, local, target), local.v) + dob_.value();
   // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.
   if (model_.gravity == 0.0) return {gate_.pass(authority_ * wish, local.x)};
   const Joints<N>& idle = rtob_.gravity_load();

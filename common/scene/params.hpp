@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/control/params.hpp"
+#include "common/control/patient_limits.hpp"
 #include "common/link/receiver_params.hpp"
 #include "common/observer/axis_model.hpp"
 #include "common/scene/engagement.hpp"
@@ -27,6 +28,11 @@ struct SceneParams {
   SdcvParams sdcv;
 };
 
+// What the patient's side allows, whatever the network asks (common/scene/patient_guard.hpp).
+struct GuardParams {
+  PatientLimits limits;
+};
+
 // The patient's side is always plain four channels.
 enum class Architecture : std::uint8_t { kFourChannel, kCdob, kCdobSdcv };
 
@@ -37,6 +43,7 @@ struct StationParams {
   ReceiverParams receive;
   EngagementParams engagement;
   HomingParams homing;            // used where the engagement asks for it
+  GuardParams guard;              // the follower's only
   double align_speed = 0.3;       // rad/s
   double align_tolerance = 0.01;  // rad
   double blend_s = 0.5;

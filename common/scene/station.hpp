@@ -2,8 +2,8 @@
 // and packets are arguments; the command and the next packet are results. The same class runs in the programs and in
 // virtual time.
 //
-// Order within a tick: read -> observe -> play out the peer -> decide the state -> motion to follow -> law -> last gate
-// -> send.
+// Order within a tick: read -> observe -> play out the peer -> guard (the patient's side) -> decide the state -> motion
+// to follow -> law -> last gate -> send.
 #pragma once
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "common/scene/blend.hpp"
 #include "common/scene/engagement.hpp"
 #include "common/scene/four_channel.hpp"
+#include "common/scene/patient_guard.hpp"
 #include "common/scene/tick_trace.hpp"
 
 namespace farhand {
@@ -36,7 +37,9 @@ class Station {
         receiver_(p.receive, p.session),
         engagement_(p.role, p.engagement),
         homing_(p.homing, p.scene.drive.K, p.scene.drive.dt_s),
-        blend_(p.blend_s, p.align_speed) {}
+        blend_(p.blend_s, p.align_speed) {
+    if (p.role == Role::kFollower) guard_.emplace(p.guard, p.scene.drive);
+  }
 
   // A packet arrived at `now` (local monotonic clock).
   Receipt receive(const Packet<N>& packet, Nanoseconds now) noexcept { return receiver_.accept(packet, now); }
@@ -75,10 +78,24 @@ class Station {
   // Following oneself asks for no acceleration.
   Motion<N> own_motion() const noexcept { return {trace_.local.x, trace_.local.v, -trace_.local.f}; }
 
+  void guard(const typename Drive::Sensed& sensed, OperatorAct act, int ticks) noexcept {
+    if (act == OperatorAct::kReset) guard_->reset();
+    verdict_ = guard_->step({.local = trace_.local,
+                             .reference = followed_,
+                             .torque = scene_.drive.torque(),
+                             .device = sensed.device,
+                             .driven = asks_of(trace_.state) == Asks::kMotion,
+                             .engaged = trace_.state == StationState::kEngaged,
+                             .valid = was_usable_,
+                             .ticks = ticks});
+  }
+
   void decide(Nanoseconds now, const typename Drive::Sensed& sensed, OperatorAct act, bool peer_known) noexcept {
     const double offset = (trace_.local.x - trace_.remote.x).abs().maxCoeff();
     EngagementInputs in;
     in.act = act;
+    in.guard_fault = verdict_.fault;
+    in.limit_holds = verdict_.hold;
     in.device_valid = sensed.valid;
     in.finite = !sensed.valid || sensed.finite();
     in.in_range = params_.engagement.homing || in_range();
@@ -159,6 +176,9 @@ class Station {
   Engagement engagement_;
   Homing homing_;
   Blend<N> blend_;
+  std::optional<PatientGuard<N>> guard_;  // the follower's only
+  GuardVerdict verdict_;
+  Motion<N> followed_;
   TickTrace<N> trace_;
   Joints<N> x_hold_ = Joints<N>::Zero();
   Joints<N> x_source_ = Joints<N>::Zero();
@@ -186,6 +206,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
 
+  if (guard_) guard(sensed, act, ticks);
   decide(now, sensed, act, played.any);
   const Motion<N> source = choose(ticks);
   const Asks asks = asks_of(trace_.state);
@@ -199,13 +220,17 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   x_source_ = source.x;
   trace_.compensation = scene_.compensation();
 
+  // Homing has its own gate: neither range nor peer count in it.
+  const bool guarded = guard_ && trace_.state != StationState::kHoming;
+  followed_ = guarded ? guard_->allow(local, trace_.target, verdict_.gain) : trace_.target;
+
   Output out;
-  out.command = usable && asks != Asks::kNothing
-                    ? scene_.drive.follow(local, trace_.target, asks == Asks::kMotion, ticks)
-                    : scene_.drive.safe();
+  out.command = usable && asks != Asks::kNothing ? scene_.drive.follow(local, followed_, asks == Asks::kMotion, ticks)
+                                                 : scene_.drive.safe();
   if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
-  trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
-  trace_.effort = scene_.drive.effort();
+  trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite) | verdict_.limits |
+                  verdict_.warnings << kWarningShift;
+  trace_.effort = scene_.drive.torque()[0];
   fill(out.packet, now);
   return out;
 }

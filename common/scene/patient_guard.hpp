@@ -1,0 +1,97 @@
+// Authority of the patient's side: what a hand in the device may be given, decided in the box and by nothing that comes
+// over the network. One per follower; a therapist's station has none.
+//
+//   limit                  reaction                                              where
+//   position, velocity,    clip: the last gate                                   common/control/limits.hpp
+//   acceleration, torque
+//   power                  lower gain: the network's share falls at once,        common/control/patient_limits.hpp
+//                          comes back slowly
+//   energy in a minute     hold until below 0.9 of it, then let go               "
+//   warmth of the motor    hold until below 0.9 of it, then let go               "
+//   session time           hold, then let go, until the patient's side resets    "
+//
+// Each warns at 0.9. Gain g turns the motion to follow into one that asks for less (yielding() below):
+//
+//   a_ref = g (K_p (x_r - x) + K_d v_r - K_f f_r) - K_d v - K_f f
+//
+// What comes from the network is scaled; damping and giving way to the hand stay whole. At g = 0 that is a damper that
+// yields. Why it is stable: for any fixed g the loop over the network has g of its gain, and the spring to the peer is
+// softer under the same damping. A falling g takes energy out of that spring, a rising one puts in K_p J_n e^2/2 at
+// most over soft_start_s; so it may fall at once and rises slowly. The same ramp is the soft start after each
+// engagement.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+
+#include "common/control/patient_limits.hpp"
+#include "common/scene/drive_io.hpp"
+#include "common/scene/engagement.hpp"
+#include "common/scene/params.hpp"
+
+namespace farhand {
+
+template <int N>
+struct GuardInputs {
+  Motion<N> local;                       // as estimated in this tick
+  Motion<N> reference;                   // what the drive was last given to follow
+  Joints<N> torque;                      // that it last applied, or asked its device for
+  DeviceReadings device;                 // slow readings, where the device has them
+  bool driven = false, engaged = false;  // since the last tick
+  bool valid = true;                     // the device was read; else local is of an earlier tick
+  int ticks = 1;                         // periods since the last
+};
+
+struct GuardVerdict {
+  std::optional<Reason> fault;             // latches as any fault does
+  bool hold = false;                       // as the operator's
+  double gain = 1.0;                       // 0..1
+  std::uint32_t limits = 0, warnings = 0;  // LimitBit, both
+};
+
+// The motion to follow under gain g.
+template <int N>
+Motion<N> yielding(const Motion<N>& local, const Motion<N>& target, double g) noexcept {
+  if (g >= 1.0) return target;
+  return {local.x + g * (target.x - local.x), g * target.v, g * target.f};
+}
+
+template <int N>
+class PatientGuard {
+ public:
+  PatientGuard(const GuardParams& params, const DriveParams& drive) noexcept;
+
+  GuardVerdict step(const GuardInputs<N>& in) noexcept;
+
+  // What the drive may follow under gain g. Towards the end of the range the peer's velocity, and its force beyond the
+  // hand's, fade out: a position reference that ends there beside a force that does not would push the hand on.
+  // Over 1.5 degrees, because this is a spring of K_f |f_r + f| / kFade, 50 rad/s at 0.5 N m: one degree of all the
+  // torque swings on behind an MCU, 8 ms late.
+  Motion<N> allow(const Motion<N>& local, const Motion<N>& target, double g) const noexcept {
+    Motion<N> to = yielding(local, target, g);
+    for (int i = 0; i < N; ++i) {
+      const double up = (gate_.range_max - local.x[i]) / kFade, down = (local.x[i] - gate_.range_min) / kFade;
+      if (up >= 1.0 && down >= 1.0) continue;
+      const double push = -(to.f[i] + local.f[i]);
+      to.f[i] = -local.f[i] - push * std::clamp(push > 0.0 ? up : down, 0.0, 1.0);
+      to.v[i] *= std::clamp(to.v[i] > 0.0 ? up : down, 0.0, 1.0);
+    }
+    return to;
+  }
+
+  // An act of the patient's side: another session begins. Warmth and energy are not forgotten.
+  void reset() noexcept { dose_.begin_session(); }
+
+  const DoseLimits& dose() const noexcept { return dose_; }
+
+ private:
+  static constexpr double kFade = 0.0262;  // rad
+  GateParams gate_;
+  double K_tn_, dt_s_;
+  DoseLimits dose_;
+  Joints<N> v_reference_ = Joints<N>::Zero();
+};
+
+extern template class PatientGuard<1>;
+
+}  // namespace farhand
