@@ -59,6 +59,7 @@ struct Side {
     p.role = role;
     p.session = session != 0 ? session : (role == Role::kLeader ? 1u : 2u);
     p.receive = {.timeout = 100 * kMillisecond, .playout_max = 2 * kSecond, .expiry = 2 * kSecond};
+    p.guard.limits.continuous_a = p.guard.limits.energy_j = 1e9;  // these walks overheat and overwork what is real
     return p;
   }
   void restart(std::uint32_t session) {
