@@ -10,7 +10,6 @@
 namespace farhand {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kEngaged = static_cast<int>(StationState::kEngaged);
 
 template <class Known>
@@ -41,7 +40,7 @@ class FastestPacket {
   double until(double t) const {
     const auto after =
         std::upper_bound(shown_.begin(), shown_.end(), std::pair(t, std::numeric_limits<double>::infinity()));
-    return after == shown_.begin() ? kNaN : std::prev(after)->second;
+    return after == shown_.begin() ? kAbsent : std::prev(after)->second;
   }
 
  private:
@@ -52,7 +51,7 @@ class FastestPacket {
 // Without one-way delays only their sum is known. Half of the fastest round trip is the usual guess; the caller says
 // so.
 double half_fastest_round_trip(const Session& session) {
-  double fastest = kNaN;
+  double fastest = kAbsent;
   for (const auto* side : {&session.master, &session.slave}) {
     for (const StationSample& sample : *side) {
       if (sample.rtt_s > 0) fastest = std::fmin(fastest, sample.rtt_s);
@@ -108,10 +107,10 @@ std::vector<double> absorbed_energy(const SideCurves& side, double sign) {
 
 double interpolate(const std::vector<double>& t_s, const std::vector<double>& y, double t) {
   const auto after = std::lower_bound(t_s.begin(), t_s.end(), t);
-  if (after == t_s.end()) return kNaN;
+  if (after == t_s.end()) return kAbsent;
   const auto k = static_cast<std::size_t>(after - t_s.begin());
   if (*after == t) return y[k];
-  if (k == 0 || t_s[k] - t_s[k - 1] > kGap_s) return kNaN;
+  if (k == 0 || t_s[k] - t_s[k - 1] > kGap_s) return kAbsent;
   return y[k - 1] + (y[k] - y[k - 1]) * (t - t_s[k - 1]) / (t_s[k] - t_s[k - 1]);
 }
 
@@ -135,14 +134,14 @@ AlignedSession align(const Session& session) {
   for (std::size_t k = 0; k < s.t_s.size(); ++k) {
     const double sent = s.t_s[k] - s.playout_delay_s[k];
     const bool engaged = s.state[k] == kEngaged && engaged_at(m, sent);
-    out.tracking_rad.push_back(engaged ? s.x_rad[k] - interpolate(m.t_s, m.x_rad, sent) : kNaN);
+    out.tracking_rad.push_back(engaged ? s.x_rad[k] - interpolate(m.t_s, m.x_rad, sent) : kAbsent);
   }
   for (std::size_t k = 0; k < m.t_s.size(); ++k) {
     const double now = m.t_s[k], sent = now - m.playout_delay_s[k];
     const bool engaged = m.state[k] == kEngaged;
-    out.force_error_nm.push_back(engaged && engaged_at(s, now) ? m.F_nm[k] - interpolate(s.t_s, s.F_nm, now) : kNaN);
+    out.force_error_nm.push_back(engaged && engaged_at(s, now) ? m.F_nm[k] - interpolate(s.t_s, s.F_nm, now) : kAbsent);
     out.force_error_delayed_nm.push_back(engaged && engaged_at(s, sent) ? m.f_nm[k] + interpolate(s.t_s, s.f_nm, sent)
-                                                                        : kNaN);
+                                                                        : kAbsent);
   }
   out.energy_master_j = absorbed_energy(m, +1);
   out.energy_slave_j = absorbed_energy(s, -1);

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
+
+#include "common/record/session.hpp"
 
 namespace farhand {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t column_of(double x, double from, double until, std::size_t columns) {
   const double place = (x - from) / (until - from) * static_cast<double>(columns);
@@ -35,7 +34,7 @@ std::vector<Polyline> decimate(const std::vector<double>& x, const std::vector<d
   Extremes extremes;
   std::size_t column = 0;
   bool open = false;  // the last polyline may be continued
-  double last_x = kNaN;
+  double last_x = kAbsent;
   const auto flush = [&] {
     if (extremes.empty) return;
     if (!open) out.emplace_back();
@@ -105,8 +104,8 @@ Envelope envelope(const std::vector<double>& x, const std::vector<double>& y, do
   Envelope out;
   for (std::size_t k = 0; k < columns; ++k) {
     out.x.push_back(from + (static_cast<double>(k) + 0.5) * (until - from) / static_cast<double>(columns));
-    out.least.push_back(kNaN);
-    out.greatest.push_back(kNaN);
+    out.least.push_back(kAbsent);
+    out.greatest.push_back(kAbsent);
   }
   for (std::size_t k = 0; k < x.size() && columns > 0 && until > from; ++k) {
     if (!std::isfinite(y[k]) || !(x[k] >= from && x[k] <= until)) continue;

@@ -13,7 +13,6 @@
 namespace farhand {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kRunning_s = 1.0;      // the running RMS looks back this far
 constexpr std::size_t kMaxMarked = 40;  // more events would paint the pictures over; the table lists the rest
@@ -83,7 +82,7 @@ std::vector<Lanes::Stretch> stretches(const std::vector<StationSample>& samples,
 }
 
 std::vector<double> running_rms(const std::vector<double>& t_s, const std::vector<double>& y) {
-  std::vector<double> out(y.size(), kNaN);
+  std::vector<double> out(y.size(), kAbsent);
   // Differences of prefix sums: long double keeps what a large peak long ago would otherwise wipe out.
   std::vector<long double> squares(y.size() + 1, 0);
   std::vector<std::size_t> counts(y.size() + 1, 0);
@@ -104,11 +103,11 @@ std::vector<double> running_rms(const std::vector<double>& t_s, const std::vecto
 }
 
 std::vector<double> peak_so_far(const std::vector<double>& y) {
-  std::vector<double> out(y.size(), kNaN);
-  double peak = kNaN;
+  std::vector<double> out(y.size(), kAbsent);
+  double peak = kAbsent;
   for (std::size_t k = 0; k < y.size(); ++k) {
     if (std::isfinite(y[k])) peak = std::fmax(peak, std::abs(y[k]));
-    out[k] = std::isfinite(y[k]) ? peak : kNaN;
+    out[k] = std::isfinite(y[k]) ? peak : kAbsent;
   }
   return out;
 }
@@ -275,7 +274,7 @@ std::string Figures::round_trip_and_playout() const {
   Plot plot = over_time("Play-out buffer and round trip", "time (ms)", 234);
   const auto depth_ms = [](const StationSample& s) { return 1e3 * s.playout_delay_s; };
   plot.line("round trip at the master", times(session_.master),
-            each(session_.master, [](const StationSample& s) { return s.rtt_s > 0 ? 1e3 * s.rtt_s : kNaN; }),
+            each(session_.master, [](const StationSample& s) { return s.rtt_s > 0 ? 1e3 * s.rtt_s : kAbsent; }),
             Ink::kGrey, kGap_s);
   plot.line("depth, master", times(session_.master), each(session_.master, depth_ms), Ink::kMaster, kGap_s);
   plot.line("depth, slave", times(session_.slave), each(session_.slave, depth_ms), Ink::kSlave, kGap_s);
@@ -322,7 +321,7 @@ std::string Figures::error_over_time(const std::string& title, const std::string
 
 std::string Figures::tracking_error() const {
   const double limit =
-      scene_.windows().has_degraded_tracking_rad() ? 1e3 * scene_.windows().degraded_tracking_rad() : kNaN;
+      scene_.windows().has_degraded_tracking_rad() ? 1e3 * scene_.windows().degraded_tracking_rad() : kAbsent;
   return error_over_time("Tracking error x_s(t) - x_m(t - T_p)", "error (mrad)", aligned_.slave.t_s,
                          scaled(aligned_.tracking_rad, 1e3), limit);
 }
@@ -339,7 +338,7 @@ std::string Figures::estimated_torques() const {
 
 std::string Figures::force_error() const {
   return error_over_time("Force error F_m(t) - F_s(t)", "error (N m)", aligned_.master.t_s, aligned_.force_error_nm,
-                         kNaN);
+                         kAbsent);
 }
 
 std::string Figures::torque_against_angle() const {
@@ -349,7 +348,7 @@ std::string Figures::torque_against_angle() const {
     std::vector<double> F = side.F_nm;
     for (std::size_t k = 0; k < F.size(); ++k) {
       const bool engaged = side.state[k] == static_cast<int>(StationState::kEngaged);
-      if (!engaged || (k > 0 && side.t_s[k] - side.t_s[k - 1] > kGap_s)) F[k] = kNaN;
+      if (!engaged || (k > 0 && side.t_s[k] - side.t_s[k - 1] > kGap_s)) F[k] = kAbsent;
     }
     plot.loop(label, scaled(side.x_rad, kDegrees), std::move(F), ink);
   };

@@ -2,6 +2,7 @@
 // length and its content. Writer and reader share this file and nothing else.
 #pragma once
 
+#include <boost/crc.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -11,6 +12,12 @@ namespace farhand::mcap {
 
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 inline constexpr std::size_t kRecordHead = 9;  // opcode and length
+
+inline std::uint32_t crc32(std::string_view bytes) {
+  boost::crc_32_type crc;
+  crc.process_bytes(bytes.data(), bytes.size());
+  return crc.checksum();
+}
 
 enum class Op : std::uint8_t {
   kNone = 0x00,  // in no file

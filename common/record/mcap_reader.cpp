@@ -1,6 +1,5 @@
 #include "common/record/mcap_reader.hpp"
 
-#include <boost/crc.hpp>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -17,12 +16,6 @@ namespace {
 
 using mcap::Cursor;
 using mcap::Op;
-
-std::uint32_t crc32(std::string_view bytes) {
-  boost::crc_32_type crc;
-  crc.process_bytes(bytes.data(), bytes.size());
-  return crc.checksum();
-}
 
 // A checksum of 0 says that there is none.
 bool agrees(std::uint32_t stated, std::uint32_t computed) { return stated == 0 || stated == computed; }
@@ -183,7 +176,7 @@ class Scan {
       problem(place + " is damaged and was left out");
     } else if (!compression.empty()) {
       problem(place + " is compressed (" + std::string(compression.substr(0, 16)) + ") and was left out");
-    } else if (!agrees(crc, crc32(records))) {
+    } else if (!agrees(crc, mcap::crc32(records))) {
       problem(place + " has a wrong checksum and was left out");
     } else if (!chunk_records(records, false)) {
       problem(place + " holds damaged records and was left out");
@@ -213,7 +206,7 @@ class Scan {
     if (summary_start == 0) return problem("has no index");
     if (summary_start != begin || (offsets_start != 0 && offsets_start < begin))
       return problem("the footer is damaged");
-    if (!agrees(crc, crc32(std::string_view(all).substr(0, all.size() - mcap::kMagic.size() - 4)))) {
+    if (!agrees(crc, mcap::crc32(std::string_view(all).substr(0, all.size() - mcap::kMagic.size() - 4)))) {
       return problem("the checksum of the index is wrong");
     }
     Cursor records(std::string_view(all).substr(0, all.size() - tail));

@@ -22,12 +22,6 @@ using mcap::put_string;
 
 std::string reason() { return std::strerror(errno); }
 
-std::uint32_t crc32(std::string_view bytes) {
-  boost::crc_32_type crc;
-  crc.process_bytes(bytes.data(), bytes.size());
-  return crc.checksum();
-}
-
 void add_file(const google::protobuf::FileDescriptor& file, std::set<std::string>& seen,
               google::protobuf::FileDescriptorSet& set) {
   if (!seen.insert(file.name()).second) return;
@@ -128,7 +122,7 @@ bool McapWriter::flush() {
   put(bytes, chunk.start);
   put(bytes, chunk.end);
   put(bytes, static_cast<std::uint64_t>(chunk.records.size()));
-  put(bytes, crc32(chunk.records));
+  put(bytes, mcap::crc32(chunk.records));
   put_string(bytes, "");  // not compressed
   put(bytes, static_cast<std::uint64_t>(chunk.records.size()));
   bytes += chunk.records;
@@ -241,7 +235,7 @@ std::string McapWriter::summary() const {
   put(out, std::uint64_t{20});
   put(out, offset_ + summary_begin);
   put(out, offsets_start);
-  put(out, crc32(std::string_view(out).substr(summary_begin)));
+  put(out, mcap::crc32(std::string_view(out).substr(summary_begin)));
   out += mcap::kMagic;
   return out;
 }

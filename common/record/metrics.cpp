@@ -13,7 +13,6 @@
 namespace farhand {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kEngaged = static_cast<int>(StationState::kEngaged);
 constexpr int kFault = static_cast<int>(StationState::kFault);
 
@@ -36,7 +35,7 @@ Span before_tail_of(const Span& w) {
 
 struct Statistics {
   std::size_t count = 0;
-  double sum = 0, sum_squares = 0, least = kNaN, most = kNaN;
+  double sum = 0, sum_squares = 0, least = kAbsent, most = kAbsent;
   void add(double y) {
     if (!std::isfinite(y)) return;
     ++count;
@@ -61,7 +60,7 @@ Statistics over(const std::vector<double>& t_s, const std::vector<double>& y, co
 
 // Nearest rank: a value that occurred, not more than share of all being larger than it.
 double quantile(std::vector<double> y, double share) {
-  if (y.empty()) return kNaN;
+  if (y.empty()) return kAbsent;
   const auto rank = static_cast<std::size_t>(std::max(0.0, std::ceil(share * static_cast<double>(y.size())) - 1));
   std::nth_element(y.begin(), y.begin() + static_cast<std::ptrdiff_t>(rank), y.end());
   return y[rank];
@@ -110,7 +109,7 @@ void free_motion(const AlignedSession& a, const scene::Scene& scene, Metrics& ou
 // Where the hand exerts no torque. A wall alone pushes from where it begins.
 double rest_angle(const scene::Slave& slave) {
   if (slave.has_hand()) return slave.hand().rest_rad();
-  return slave.has_wall() ? slave.wall().at_rad() : kNaN;
+  return slave.has_wall() ? slave.wall().at_rad() : kAbsent;
 }
 
 void steady_ratios(const AlignedSession& a, const scene::Scene& scene, const Span& window, Metrics& out) {
@@ -243,7 +242,7 @@ void set_share(Metrics& out, std::string_view key, double part, double whole, co
 }
 
 void network(const Session& session, const AlignedSession& a, Metrics& out) {
-  double jitter_s = kNaN;
+  double jitter_s = kAbsent;
   for (const bool forward : {true, false}) {
     std::vector<double> delays;
     for (const LinkSample& p : session.link) {
@@ -316,7 +315,7 @@ void wall_clock(const Session& session, Metrics& out) {
     return;
   }
   const auto share = [](const StationCounters& c) {
-    return c.ticks > 0 ? static_cast<double>(c.overruns) / static_cast<double>(c.ticks) : kNaN;
+    return c.ticks > 0 ? static_cast<double>(c.overruns) / static_cast<double>(c.ticks) : kAbsent;
   };
   out.set("overruns", std::fmax(share(session.master_counters), share(session.slave_counters)));
   out.set("real_time_factor", session.wall.real_time_factor);
@@ -356,7 +355,7 @@ void Metrics::set_absent(std::string_view key, std::string because) {
 
 double Metrics::number(std::string_view key) const {
   const double* value = std::get_if<double>(&at(key).value);
-  return value != nullptr ? *value : kNaN;
+  return value != nullptr ? *value : kAbsent;
 }
 
 std::string Metrics::text(std::string_view key) const {

@@ -9,6 +9,8 @@
 
 namespace farhand {
 
+inline constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();  // a number that is not there
+
 // One tick of one station. Times are in seconds on the axis of the session (0 = start of the run). NaN marks what a
 // side cannot know: true_* exist only where the world is simulated.
 struct StationSample {
