@@ -8,6 +8,7 @@
 
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
+#include "tests/support/unexplained_step.hpp"
 
 namespace farhand::faults {
 namespace {
@@ -46,9 +47,7 @@ scene::Scene scene_of(const Row& row) {
 }
 
 // The largest step of the motion to follow where a step would come from us: at each change of state and the tick after
-// it, and all the time while aligning and holding; in engagement the target is the other hand. What does not count is
-// what the two motions explain that the target may come from, at the velocities seen around the tick, and the speed of
-// alignment (a smoothstep is at most 1.5 times as fast as its mean of 0.3 rad/s).
+// it, and all the time while aligning and holding; in engagement the target is the other hand.
 class JumpMeter {
  public:
   void see(const Process& process) {
@@ -60,10 +59,9 @@ class JumpMeter {
     const bool changed = now.state != before_.state;
     if (same && driven && (changed || changed_ || now.state != StationState::kEngaged)) {
       const double dt = to_seconds(process.ticked - ticked_);
-      const auto [slowest, fastest] =
-          std::minmax({0.0, before_.local.v[0], now.local.v[0], before_.remote.v[0], now.remote.v[0]});
-      const double change = now.target.x[0] - before_.target.x[0];
-      worst = std::max({worst, change - (fastest + kAlignSpeed) * dt, (slowest - kAlignSpeed) * dt - change});
+      worst =
+          std::max(worst, unexplained_step(now.target.x[0] - before_.target.x[0], dt,
+                                           {before_.local.v[0], now.local.v[0], before_.remote.v[0], now.remote.v[0]}));
     }
     changed_ = same && changed;
     before_ = now;
@@ -74,7 +72,6 @@ class JumpMeter {
   double worst = 0;
 
  private:
-  static constexpr double kAlignSpeed = 1.5 * 0.3;  // rad/s
   const Side* side_ = nullptr;
   TickTrace<1> before_;
   Nanoseconds ticked_ = 0;
