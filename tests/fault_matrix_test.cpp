@@ -26,8 +26,10 @@ TEST(FaultMatrix, EveryFaultInEveryStateEndsAsExpected) {
 
 TEST(FaultMatrix, HasAtLeastSixtyRowsAndNamesEachOnce) {
   EXPECT_GE(all().size(), 60u);
-  std::set<std::pair<std::string, At>> names;
-  for (const Row& row : all()) EXPECT_TRUE(names.insert({row.fault, row.at}).second) << row.fault << name_of(row.at);
+  std::set<std::tuple<std::string, At, bool>> names;
+  for (const Row& row : all()) {
+    EXPECT_TRUE(names.insert({row.fault, row.at, row.direct}).second) << row.fault << " in " << name_of(row.at);
+  }
 }
 
 // A judge that lets everything pass proves nothing.

@@ -20,8 +20,11 @@ inline constexpr double kNetwork = kFlight + 100 + kTickMs;
 inline constexpr double kSerial = 50 + kTickMs;
 inline constexpr double kMcu = kCableMs + 20 + 50 + kTickMs;
 inline constexpr double kRamp = 50;
+inline constexpr double kStop = 4;  // one frame of 1.5 ms and 2 ms, seen at the next tick
 
 inline const std::initializer_list<At> kEverywhere{At::kReady, At::kAligning, At::kFree, At::kContact, At::kHolding};
+inline const std::initializer_list<At> kEvenStopped{At::kReady,   At::kAligning, At::kFree,
+                                                    At::kContact, At::kHolding,  At::kStopped};
 inline const std::initializer_list<At> kAtWork{At::kFree, At::kContact};
 
 inline bool at_work(At at) { return at == At::kFree || at == At::kContact; }
@@ -30,9 +33,11 @@ inline bool at_work(At at) { return at == At::kFree || at == At::kContact; }
 inline Expected rides(At at) {
   switch (at) {
     case At::kReady:
-      return {S::kReady, S::kReady, Reason::kStart, Reason::kStart};
+      return {S::kReady, S::kReady, Reason::kTested, Reason::kTested};
     case At::kHolding:
       return {S::kHolding, S::kHolding, Reason::kPeerLetGo, Reason::kOperator};
+    case At::kStopped:
+      return {S::kStopped, S::kHolding, Reason::kOperator, Reason::kPeerStopped, 0, 0, Remedy::kReset};
     case At::kAligning:  // and comes to its end meanwhile
       return {S::kEngaged, S::kEngaged, Reason::kPeerEngaged, Reason::kAligned, 2000};
     default:
@@ -41,7 +46,7 @@ inline Expected rides(At at) {
 }
 
 inline Expected silent(At at) {
-  if (at == At::kAligning) return {S::kReady, S::kHolding, Reason::kStart, Reason::kPeerSilent};
+  if (at == At::kAligning) return {S::kReady, S::kHolding, Reason::kTested, Reason::kPeerSilent};
   if (!at_work(at)) return rides(at);
   return {S::kHolding, S::kHolding, Reason::kPeerSilent, Reason::kPeerSilent, kNetwork};
 }
@@ -53,7 +58,7 @@ inline Expected with_master(Expected e, Reason reason) {
 // One side notices, the other hears of it one flight later.
 inline Expected deaf_slave(At at) {
   // The therapist's device aligns with what it hears, and waits for a patient's side that does not.
-  if (at == At::kAligning) return {S::kReady, S::kEngaged, Reason::kStart, Reason::kAligned};
+  if (at == At::kAligning) return {S::kReady, S::kEngaged, Reason::kTested, Reason::kAligned};
   return at_work(at) ? with_master(silent(at), Reason::kPeerLetGo) : rides(at);
 }
 inline Expected deaf_master(At at) {
@@ -62,12 +67,20 @@ inline Expected deaf_master(At at) {
   return e;
 }
 
-// The slave lost its device.
+// The slave lost its device, found it again and tested it.
 inline Expected device_lost(At at, double within_ms, double let_go_within_ms) {
-  if (at == At::kReady) return rides(at);
-  Expected e{S::kReady, S::kHolding, Reason::kDeviceLost, Reason::kPeerLetGo, within_ms, let_go_within_ms};
+  if (at == At::kStopped) return rides(at);
+  Expected e{S::kReady, S::kHolding, Reason::kTested, Reason::kPeerLetGo, within_ms, let_go_within_ms};
+  if (at == At::kReady) e.master = S::kReady, e.master_reason = Reason::kTested;
   if (at == At::kHolding) e.master_reason = Reason::kOperator;
-  if (at == At::kAligning) e = deaf_slave(at);
+  if (at == At::kAligning) e.master = S::kEngaged, e.master_reason = Reason::kAligned;
+  return e;
+}
+// It lost its device for good.
+inline Expected device_gone(At at, double within_ms, double let_go_within_ms) {
+  if (at == At::kStopped) return rides(at);
+  Expected e = device_lost(at, within_ms, let_go_within_ms);
+  e.slave = S::kOff, e.slave_reason = Reason::kDeviceLost;
   return e;
 }
 inline Expected with(Expected e, Remedy remedy) {

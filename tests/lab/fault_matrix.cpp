@@ -33,7 +33,7 @@ scene::Scene scene_of(const Row& row) {
   if (!row.direct) sets = {"slave.device=SERIES_ELASTIC", "control.K_f_per_kgm2=125"};
   // Rest until both are engaged, then either a free sine or a press on the hand with 1 N m: the arm of 10 N m/rad and
   // the hand of 5 meet at 0.2 rad.
-  const bool contact = row.at == At::kContact || row.at == At::kHolding;
+  const bool contact = row.at >= At::kContact;
   sets.push_back("master.therapist.grip=FIRM");
   sets.push_back("master.therapist.intended={duration_s: 2.5}");
   if (contact) {
@@ -54,8 +54,7 @@ class JumpMeter {
     if (!process.runs) return;
     const TickTrace<1>& now = process.side->trace();
     const bool same = process.side.get() == side_;
-    const bool driven = now.state == StationState::kAligning || now.state == StationState::kEngaged ||
-                        now.state == StationState::kHolding;
+    const bool driven = asks_of(now.state) == Asks::kMotion;
     const bool changed = now.state != before_.state;
     if (same && driven && (changed || changed_ || now.state != StationState::kEngaged)) {
       const double dt = to_seconds(process.ticked - ticked_);
@@ -113,6 +112,9 @@ class Course {
 
  private:
   static StationState state(const Process& process) { return process.side->trace().state; }
+  static bool latched(const Process& process) {
+    return state(process) == StationState::kFault || state(process) == StationState::kStopped;
+  }
   bool both(StationState wanted) const { return state(rig_.master) == wanted && state(rig_.slave) == wanted; }
 
   void step() {
@@ -157,6 +159,12 @@ class Course {
     must([&] { return std::abs(rig_.slave.side->truth().f) > 0.9; });
     wait(kSettle);
     if (row_.at == At::kContact) return;
+    if (row_.at == At::kStopped) {
+      rig_.patient_act = OperatorAct::kStop;
+      must([&] { return state(rig_.slave) == StationState::kStopped && state(rig_.master) == StationState::kHolding; });
+      wait(kSettle);
+      return;
+    }
     rig_.act = OperatorAct::kHold;
     must([&] { return both(StationState::kHolding); });
     wait(kSettle);
@@ -184,8 +192,8 @@ class Course {
     if (remedy == Remedy::kRepair) return;
     OrthosisEmulator* const orthosis = rig_.orthosis();
     if (remedy == Remedy::kReset) {
-      if (state(rig_.slave) == StationState::kFault) rig_.patient_act = OperatorAct::kReset;
-      if (state(rig_.master) == StationState::kFault) rig_.act = OperatorAct::kReset;
+      if (latched(rig_.slave)) rig_.patient_act = OperatorAct::kReset;
+      if (latched(rig_.master)) rig_.act = OperatorAct::kReset;
     } else if (remedy == Remedy::kRelease) {
       orthosis->press_stop(false);
       orthosis->press_release(true);
@@ -213,7 +221,7 @@ class Course {
 }  // namespace
 
 const char* name_of(At at) {
-  constexpr const char* kNames[] = {"ready", "aligning", "engaged, free", "engaged, contact", "holding"};
+  constexpr const char* kNames[] = {"ready", "aligning", "engaged, free", "engaged, contact", "holding", "stopped"};
   return kNames[static_cast<int>(at)];
 }
 

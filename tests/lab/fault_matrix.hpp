@@ -10,14 +10,14 @@
 
 namespace farhand::faults {
 
-enum class At { kReady, kAligning, kFree, kContact, kHolding };
+enum class At { kReady, kAligning, kFree, kContact, kHolding, kStopped };
 const char* name_of(At at);
 
 // What it takes until the operator's ENGAGE has both sides engaged again. Where it is not kNothing, ENGAGE alone must
 // not suffice.
 enum class Remedy {
   kNothing,
-  kReset,     // RESET at the side that is in Fault
+  kReset,     // RESET at the side that is in Fault or Stopped
   kRelease,   // the patient's release key
   kPowerOff,  // the orthosis is switched off and on: its MCU latched a fault
   kRestart,   // the patient's program is started anew

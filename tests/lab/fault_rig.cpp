@@ -75,6 +75,7 @@ class FaultRig::Port {
     }
     return rig_.cable.plugged;
   }
+  void drop_unsent(double /*t_s*/) noexcept { rig_.orthosis_->drop_unsent(rig_.now); }
   bool lost() noexcept { return !rig_.cable.plugged; }
 
   Truth truth() const noexcept {

@@ -1,5 +1,6 @@
 // The rows of the matrix: network, processes, operator. A fault lasts one second unless its name says otherwise; then
 // it is over, and the operator engages again.
+#include "common/config/schema.hpp"
 #include "tests/lab/fault_expectations.hpp"
 
 namespace farhand::faults {
@@ -7,7 +8,7 @@ namespace {
 
 void add_network(Catalogue& all) {
   all.add(
-      "network cut", kEverywhere, [](R& r, N s) { r.forward.cut = r.backward.cut = during(s); }, silent);
+      "network cut", kEvenStopped, [](R& r, N s) { r.forward.cut = r.backward.cut = during(s); }, silent);
   all.add(
       "cut from therapist to patient", {At::kAligning, At::kFree, At::kContact},
       [](R& r, N s) { r.forward.cut = during(s); }, deaf_slave);
@@ -129,22 +130,23 @@ void add_processes(Catalogue& all) {
       if (s == kSecond && slave) r.restart_slave();
     };
   };
-  all.add("master killed and started again", kEverywhere, killed(true, false), [](At at) {
+  all.add("master killed and started again", kEvenStopped, killed(true, false), [](At at) {
     Expected e = at == At::kReady || at == At::kAligning ? rides(At::kReady) : silent(at);
-    e.master = S::kReady, e.master_reason = Reason::kStart;
+    e.master = S::kReady, e.master_reason = Reason::kTested;
     return e;
   });
-  all.add("slave killed and started again", kEverywhere, killed(false, true), [](At at) {
+  all.add("slave killed and started again", kEvenStopped, killed(false, true), [](At at) {
     Expected e = silent(at);
-    e.slave = S::kReady, e.slave_reason = Reason::kStart;
-    e.within_ms = at_work(at) || at == At::kHolding ? 1000 + kTickMs : 0;
+    e.slave = S::kReady, e.slave_reason = Reason::kTested;
+    e.within_ms = 1000 + kTickMs;
     e.let_go_within_ms = at_work(at) || at == At::kHolding ? kMcu : 0;
+    e.remedy = Remedy::kNothing;  // even if it was Stopped: who starts it is at the patient's box
     return e;
   });
   all.add("both killed and started again", {At::kReady, At::kFree, At::kContact, At::kHolding}, killed(true, true),
-          [](At at) {
+          [](At) {
             Expected e = rides(At::kReady);
-            e.within_ms = at == At::kReady ? 0 : 1000 + kTickMs;
+            e.within_ms = 1000 + kTickMs;
             e.let_go_within_ms = kMcu;
             return e;
           });
@@ -155,28 +157,20 @@ void add_processes(Catalogue& all) {
       if (slave) r.slave.runs = s >= span;
     };
   };
-  struct Stall {
-    const char* name;
-    N span;
-    Reason master_of_slave, master_of_both;
-  };
-  for (const Stall& stall : {Stall{"50 ms", 50 * kMillisecond, Reason::kPeerLetGo, Reason::kPeerLetGo},
-                             Stall{"0.5 s", kSecond / 2, Reason::kPeerSilent, Reason::kPeerLetGo},
-                             Stall{"5 s", 5 * kSecond, Reason::kPeerSilent, Reason::kPeerSilent}}) {
-    const bool brief = stall.span<100 * kMillisecond, lasting = stall.span> kSecond;
-    const double ms = std::max(to_seconds(stall.span) * 1e3, kMcu + kCableMs) + kTickMs;
-    const auto lets_go = [&](Reason master) {
-      return [=](At at) { return with_master(device_lost(at, ms, kMcu), master); };
+  for (const double seconds : {0.05, 0.5, 5.0}) {
+    const N span = from_seconds(seconds);
+    const bool brief = span < 100 * kMillisecond;  // shorter than what counts as silence
+    const std::string name = " stopped for " + shortest(seconds) + " s";
+    const double ms = std::max(seconds * 1e3, kMcu + kCableMs) + kTickMs;
+    const auto lets_go = [&](At at) {
+      return with_master(device_lost(at, ms, kMcu), brief ? Reason::kPeerLetGo : Reason::kPeerSilent);
     };
     const auto first = all.rows.size();
-    all.add(std::string("master stopped for ") + stall.name, kAtWork, stopped(true, false, stall.span), [&](At at) {
-      return brief ? rides(at) : lasting ? silent(at) : deaf_slave(at);
-    });
-    all.add(std::string("slave stopped for ") + stall.name, kAtWork, stopped(false, true, stall.span),
-            lets_go(stall.master_of_slave));
-    all.add(std::string("both stopped for ") + stall.name, {At::kContact}, stopped(true, true, stall.span),
-            lets_go(stall.master_of_both));
-    for (auto k = first; k < all.rows.size(); ++k) all.rows[k].watch = stall.span + kSecond;
+    all.add("master" + name, kAtWork, stopped(true, false, span),
+            [&](At at) { return brief ? rides(at) : silent(at); });
+    all.add("slave" + name, kAtWork, stopped(false, true, span), lets_go);
+    all.add("both" + name, {At::kContact}, stopped(true, true, span), lets_go);
+    for (auto k = first; k < all.rows.size(); ++k) all.rows[k].watch = span + kSecond;
   }
 
   const auto set_clock = [](Process R::*process, N by) {
@@ -211,16 +205,39 @@ void add_operator(Catalogue& all) {
   };
   all.add("operator stops", {At::kAligning, At::kFree, At::kContact, At::kHolding}, acts(OperatorAct::kStop),
           [](At at) {
-            Expected e{S::kReady, S::kReady, Reason::kPeerLetGo, Reason::kOperator, kFlight + kTickMs};
-            if (at == At::kAligning) return with_master(rides(At::kReady), Reason::kOperator);
-            if (at == At::kHolding) e.slave = S::kHolding, e.within_ms = 0;
-            return e;
+            Expected e{S::kReady, S::kStopped, Reason::kPeerStopped, Reason::kOperator, kFlight + kTickMs};
+            if (at == At::kAligning) e.slave_reason = Reason::kTested, e.within_ms = 0;
+            if (at == At::kHolding) e.slave = S::kHolding, e.slave_reason = Reason::kPeerLetGo, e.within_ms = 0;
+            return with(e, Remedy::kReset);
           });
   all.add("operator holds", {At::kAligning, At::kFree, At::kContact}, acts(OperatorAct::kHold), [](At at) {
     Expected e{S::kHolding, S::kHolding, Reason::kPeerLetGo, Reason::kOperator, kFlight + kTickMs};
-    if (at == At::kAligning) e.slave = S::kReady, e.slave_reason = Reason::kStart, e.within_ms = 0;
+    if (at == At::kAligning) e.slave = S::kReady, e.slave_reason = Reason::kTested, e.within_ms = 0;
     return e;
   });
+}
+
+void add_patients_stop(Catalogue& all) {
+  const auto pressed = [](At at) {
+    Expected e{S::kStopped, S::kHolding, Reason::kOperator, Reason::kPeerStopped, kTickMs, kStop, Remedy::kReset};
+    if (at == At::kReady) e.master = S::kReady, e.master_reason = Reason::kTested;
+    if (at == At::kHolding) e.master_reason = Reason::kOperator;
+    return e;
+  };
+  const auto press = [](R& r, N s) {
+    if (s == 0) r.patient_act = OperatorAct::kStop;
+  };
+  all.add("stop at the patient's box", kEverywhere, press, pressed);
+  const auto first = all.rows.size();
+  all.add("stop at the patient's box", kEverywhere, press, pressed);
+  for (auto k = first; k < all.rows.size(); ++k) all.rows[k].direct = true;
+  all.add(
+      "stop at the patient's box without network", {At::kContact},
+      [](R& r, N s) {
+        r.forward.cut = r.backward.cut = during(s);
+        if (s == 0) r.patient_act = OperatorAct::kStop;
+      },
+      [&](At at) { return with_master(pressed(at), Reason::kPeerSilent); });
 }
 
 }  // namespace
@@ -233,6 +250,7 @@ std::vector<Row> rows() {
   add_orthosis(all);
   add_encoders(all);
   add_operator(all);
+  add_patients_stop(all);
   return std::move(all.rows);
 }
 

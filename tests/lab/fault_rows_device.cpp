@@ -4,13 +4,9 @@
 namespace farhand::faults {
 
 void add_serial(Catalogue& all) {
-  // Plugged in while the therapist's station waits, the slave engages at once; its MCU wants to hear SAFE first.
   all.add(
-      "serial cable unplugged and plugged in", kEverywhere, [](R& r, N s) { r.cable.plugged = !during(s); },
-      [](At at) {
-        if (at == At::kAligning) return device_lost(At::kFree, 1000 + kTickMs, kMcu);
-        return device_lost(at, kTickMs, kMcu);
-      });
+      "serial cable unplugged and plugged in", kEvenStopped, [](R& r, N s) { r.cable.plugged = !during(s); },
+      [](At at) { return device_lost(at, kTickMs, kMcu); });
   all.add(
       "nothing from the MCU", {At::kFree, At::kContact, At::kHolding}, [](R& r, N s) { r.cable.from_mcu = !during(s); },
       [](At at) { return device_lost(at, kSerial, kSerial + kCableMs + kRamp + kTickMs); });
@@ -35,12 +31,13 @@ void add_orthosis(Catalogue& all) {
     return [=](At at) { return at == At::kAligning ? rides(at) : device_lost(at, within_ms, let_go_ms); };
   };
   const auto broken = [](double within_ms, Remedy remedy) {
-    return [=](At at) { return with(device_lost(at, within_ms, within_ms + kRamp), remedy); };
+    return [=](At at) { return with(device_gone(at, within_ms, within_ms + kRamp), remedy); };
   };
-  all.add("MCU reset", kEverywhere, once([](O& o) { o.reset_mcu(mcu::kExternalReset); }),
-          lost_for(kCableMs + kTickMs, kTickMs));
+  // An MCU that was SAFE is so again before anybody misses it.
+  all.add("MCU reset", kEvenStopped, once([](O& o) { o.reset_mcu(mcu::kExternalReset); }),
+          [&](At at) { return at == At::kReady ? rides(at) : lost_for(kCableMs + kTickMs, kTickMs)(at); });
   all.add(
-      "brown-out of 200 ms", kEverywhere, [](R& r, N s) { r.orthosis()->supply(!during(s, 200 * kMillisecond)); },
+      "brown-out of 200 ms", kEvenStopped, [](R& r, N s) { r.orthosis()->supply(!during(s, 200 * kMillisecond)); },
       lost_for(kSerial + kCableMs, kTickMs));
   constexpr double kChipWatchdog = 15;
   all.add("MCU hangs", kAtWork, once([](O& o) { o.hang_mcu(); }),
@@ -75,10 +72,11 @@ void add_orthosis(Catalogue& all) {
   const auto snap = [](R& r, N s) {
     if (s == 0) r.break_spring();
   };
-  all.add("spring broken", {At::kReady, At::kContact, At::kHolding}, snap, broken(kSensor + at_once, Remedy::kRepair));
+  all.add("spring broken", {At::kContact, At::kHolding}, snap, broken(kSensor + at_once, Remedy::kRepair));
+  all.add("spring broken", {At::kReady}, snap, [](At at) { return with(rides(at), Remedy::kRepair); });
   all.add("spring broken", {At::kFree}, snap, broken(kApart + at_once, Remedy::kRepair));
 
-  const auto pressed = [](At at) { return with(device_lost(at, 3, 3), Remedy::kRelease); };
+  const auto pressed = [](At at) { return with(device_gone(at, 3, 3), Remedy::kRelease); };
   all.add("patient's stop", kEverywhere, once([](O& o) { o.press_stop(true); }), pressed);
   all.add(
       "patient's stop without network", {At::kContact},
@@ -94,8 +92,7 @@ void add_orthosis(Catalogue& all) {
         if (s == kSecond) r.restart_slave();
       },
       [](At) {
-        return Expected{S::kReady,      S::kHolding, Reason::kStart,  Reason::kPeerSilent,
-                        1000 + kTickMs, 3,           Remedy::kRelease};
+        return Expected{S::kOff, S::kHolding, Reason::kStart, Reason::kPeerSilent, 1000 + kTickMs, 3, Remedy::kRelease};
       });
 }
 
@@ -110,7 +107,7 @@ void add_encoders(Catalogue& all) {
     return Expected{S::kFault,
                     at == At::kReady ? S::kReady : S::kHolding,
                     Reason::kNotFinite,
-                    at == At::kReady     ? Reason::kStart
+                    at == At::kReady     ? Reason::kTested
                     : at == At::kHolding ? Reason::kOperator
                                          : Reason::kPeerFault,
                     kTickMs,
@@ -127,7 +124,7 @@ void add_encoders(Catalogue& all) {
     };
   };
   const auto master_fault = [](At at) {
-    Expected e{S::kReady, S::kFault, Reason::kStart, Reason::kNotFinite, 0, 0, Remedy::kReset};
+    Expected e{S::kReady, S::kFault, Reason::kTested, Reason::kNotFinite, 0, 0, Remedy::kReset};
     if (at_work(at)) e.slave = S::kHolding, e.slave_reason = Reason::kPeerFault, e.within_ms = kFlight + kTickMs;
     return e;
   };
