@@ -102,5 +102,6 @@ inline bool during(N since, N span = kSecond) { return since < span; }
 void add_serial(Catalogue& all);
 void add_orthosis(Catalogue& all);
 void add_encoders(Catalogue& all);
+void add_limits(Catalogue& all);
 
 }  // namespace farhand::faults

@@ -27,6 +27,7 @@ constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
 constexpr Nanoseconds kLongAlignment = 2500 * kMillisecond;  // a second to settle, half a second of play-out, the way
 constexpr Nanoseconds kPatience = 8 * kSecond;               // one attempt may have to time out first
 constexpr Nanoseconds kSettle = 300 * kMillisecond;
+constexpr Nanoseconds kStays = kSecond;  // twice the soft start, before which nothing is under load
 
 scene::Scene scene_of(const Row& row) {
   std::vector<std::string> sets;
@@ -43,6 +44,7 @@ scene::Scene scene_of(const Row& row) {
   } else {
     sets.push_back("master.therapist.intended={duration_s: 1000 sine_amplitude_rad: 0.25 sine_frequency_hz: 0.5}");
   }
+  sets.insert(sets.end(), row.sets.begin(), row.sets.end());
   return load_scene_text(kScene, "faults.txtpb", sets).scene;
 }
 
@@ -112,9 +114,6 @@ class Course {
 
  private:
   static StationState state(const Process& process) { return process.side->trace().state; }
-  static bool latched(const Process& process) {
-    return state(process) == StationState::kFault || state(process) == StationState::kStopped;
-  }
   bool both(StationState wanted) const { return state(rig_.master) == wanted && state(rig_.slave) == wanted; }
 
   void step() {
@@ -177,7 +176,7 @@ class Course {
       if (master == StationState::kReady || master == StationState::kHolding) rig_.act = OperatorAct::kEngage;
       return both(StationState::kEngaged);
     };
-    return until(engaged, patience) && !until([&] { return !both(StationState::kEngaged); }, kSettle);
+    return until(engaged, patience) && !until([&] { return !both(StationState::kEngaged); }, kStays);
   }
 
   // ENGAGE alone suffices exactly where nothing else is asked for; then the remedy, and ENGAGE again.
@@ -192,8 +191,9 @@ class Course {
     if (remedy == Remedy::kRepair) return;
     OrthosisEmulator* const orthosis = rig_.orthosis();
     if (remedy == Remedy::kReset) {
-      if (latched(rig_.slave)) rig_.patient_act = OperatorAct::kReset;
-      if (latched(rig_.master)) rig_.act = OperatorAct::kReset;
+      rig_.patient_act = rig_.act = OperatorAct::kReset;
+    } else if (remedy == Remedy::kRest) {
+      wait(61 * kSecond);
     } else if (remedy == Remedy::kRelease) {
       orthosis->press_stop(false);
       orthosis->press_release(true);
@@ -226,8 +226,13 @@ const char* name_of(At at) {
 }
 
 const char* name_of(Remedy remedy) {
-  constexpr const char* kNames[] = {
-      "engage", "reset, engage", "release key, engage", "orthosis off and on, engage", "restart, engage", "repair"};
+  constexpr const char* kNames[] = {"engage",
+                                    "reset, engage",
+                                    "a minute's rest, engage",
+                                    "release key, engage",
+                                    "orthosis off and on, engage",
+                                    "restart, engage",
+                                    "repair"};
   return kNames[static_cast<int>(remedy)];
 }
 

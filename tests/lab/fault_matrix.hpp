@@ -17,7 +17,8 @@ const char* name_of(At at);
 // not suffice.
 enum class Remedy {
   kNothing,
-  kReset,     // RESET at the side that is in Fault or Stopped
+  kReset,     // RESET, at the side that is in Fault or Stopped or whose session is over
+  kRest,      // a minute without the hand being given anything
   kRelease,   // the patient's release key
   kPowerOff,  // the orthosis is switched off and on: its MCU latched a fault
   kRestart,   // the patient's program is started anew
@@ -43,6 +44,7 @@ struct Row {
   Expected expected;
   Nanoseconds watch = 2 * kSecond;
   bool direct = false;  // a direct drive instead of the orthosis behind its MCU
+  std::vector<std::string> sets = {};
 };
 
 struct Result {

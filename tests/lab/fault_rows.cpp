@@ -249,6 +249,7 @@ std::vector<Row> rows() {
   add_serial(all);
   add_orthosis(all);
   add_encoders(all);
+  add_limits(all);
   add_operator(all);
   add_patients_stop(all);
   return std::move(all.rows);
@@ -261,12 +262,14 @@ std::vector<Elsewhere> elsewhere() {
       {"kill -9 of slave", "engaged", "the MCU lets go by its own watchdog",
        "Stories.SlaveKilledTheMcuLetsGoAndTheTherapistIsHeld"},
       {"kill -9 of the network", "engaged", "both hold", "Stories.NetemKilledBothSidesHold"},
-      {"kill -9 of the MCU's emulator", "engaged", "ready: device lost; the therapist's side holds",
+      {"kill -9 of the MCU's emulator", "engaged", "off: device lost; the therapist's side holds",
        "Stories.McuKilledTheSlaveLetsGoAndTheMasterHolds"},
       {"4 s without network", "engaged", "both hold until the operator engages",
        "StoriesOfTheNetwork.EverythingIsLostForFourSeconds"},
       {"kills, SIGSTOP, patient's stop at random", "any", "safe recordings, flat memory",
        "RoughSession.EveryMishapOnceIsSurvivedSafely"},
+      {"limits of power, position, speed and torque met", "engaged", "engaged: less of what the peer asks for",
+       "OnEitherDevice.Power"},
       {"cable pulled", "any", "noticed by the next call", "Serial.APulledCableIsNoticedByTheNextCallAndStaysNoticed"},
       {"disk full", "any", "the loop goes on, what is missing is counted", "Recorder.GoesOnWhenTheDiskIsFull"},
       {"recorder killed", "any", "no flushed chunk is lost", "Recorder.LosesNoFlushedChunkWhenKilled"},

@@ -132,4 +132,27 @@ void add_encoders(Catalogue& all) {
           master_fault);
 }
 
+// The box gives no more than it is set to, whatever is asked of it; the limits are set so low that they are met.
+void add_limits(Catalogue& all) {
+  const auto nothing = [](R&, N) {};
+  const auto met = [&](const char* limit, std::initializer_list<At> states, std::vector<std::string> sets,
+                       const auto& expect) {
+    const auto first = all.rows.size();
+    all.add(limit, states, nothing, expect);
+    for (auto k = first; k < all.rows.size(); ++k) {
+      all.rows[k].sets = sets;
+      all.rows[k].watch = 8 * kSecond;
+    }
+  };
+  const auto rests = [](Remedy remedy) {
+    return [=](At) {
+      return Expected{S::kHolding, S::kHolding, Reason::kPatientLimit, Reason::kPeerLetGo, 8000, 0, remedy};
+    };
+  };
+  met("energy of a minute given", {At::kFree}, {"slave.limits.energy_j_per_min=0.02"}, rests(Remedy::kRest));
+  met("motor as warm as it may be", {At::kContact},
+      {"slave.limits.motor_continuous_a=0.12", "slave.limits.motor_overload_s=20"}, rests(Remedy::kRest));
+  met("session over", kAtWork, {"slave.limits.session_s=6"}, rests(Remedy::kReset));
+}
+
 }  // namespace farhand::faults
