@@ -19,8 +19,10 @@ BIN = pathlib.Path()
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MAP = (ROOT / "common/README.md").read_text(encoding="utf-8")
 STATES = (ROOT / "common/STATES.md").read_text(encoding="utf-8")
+SAFETY = (ROOT / "common/SAFETY.md").read_text(encoding="utf-8")
 BOX = (ROOT / "slave/README.md").read_text(encoding="utf-8")
 SECURITY = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
+ALL = README + MAP + STATES + SAFETY + BOX + SECURITY
 
 
 def run(arguments, **options):
@@ -115,21 +117,32 @@ class Map(unittest.TestCase):
             self.assertRegex(schema, rf"(?m)^(master\.)?{re.escape(field)} ")
 
 
-class Both(unittest.TestCase):
+class Safety(unittest.TestCase):
+    def test_every_hazard_has_its_test(self):
+        hazards = rows(SAFETY, "hazard")
+        self.assertGreaterEqual(len(hazards), 20)
+        for hazard in hazards:
+            self.assertEqual(len(hazard), 6, hazard)
+            self.assertRegex(hazard[5], r"^`\w+\.\w+`$", hazard[0])
+
+
+class All(unittest.TestCase):
     def test_files_that_are_named_exist(self):
-        for name in re.findall(r"`((?:common|master|slave|netem|proto|tests|scripts)/[\w./*-]+)`", README + MAP + STATES + BOX + SECURITY):
+        for name in re.findall(r"`((?:common|master|slave|netem|proto|tests|scripts)/[\w./*-]+)`", ALL):
             if "NAME" not in name:
                 self.assertTrue(list(ROOT.glob(name.rstrip("/"))), name)
 
     def test_tests_that_are_named_exist(self):
         tests = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "tests").glob("*_test.cpp"))
-        named = re.findall(r"`([A-Z]\w+)\.([A-Z]\w+)`", README + MAP + STATES + BOX + SECURITY)
+        named = re.findall(r"`([A-Z]\w+)\.([A-Z]\w+)`", ALL)
+        matrix = (ROOT / "tests/lab/fault_rows.cpp").read_text(encoding="utf-8")
+        named += re.findall(r'"([A-Z]\w+)\.([A-Z]\w+)"', matrix)
         self.assertGreaterEqual(len(named), 10)
         for suite, name in named:
             self.assertRegex(tests, rf"TEST(_P|_F)?\({suite},\s*{name}\)")
 
     def test_lines_are_short_and_documents_too(self):
-        for text in (README, MAP, STATES, BOX, SECURITY):
+        for text in (README, MAP, STATES, SAFETY, BOX, SECURITY):
             self.assertLess(text.count("\n"), 300)
             for line in text.splitlines():
                 self.assertLessEqual(len(line), 400 if line.startswith("|") else 140, line)

@@ -14,6 +14,7 @@
 #include "common/scene/states.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/session_processes.hpp"
+#include "tests/support/unexplained_step.hpp"
 
 namespace farhand {
 namespace {
@@ -68,20 +69,16 @@ Nanoseconds tracking_since(const Series& slave, Nanoseconds from) {
 
 // The largest jump of the angle that the law follows where a jump would come from us: at each change of state and the
 // tick after it, and all the time while aligning and holding. While engaged the target is the other hand, gaps of the
-// network included. What does not count is what the two motions explain that the target may come from, at the
-// velocities seen around the tick, and the speed of alignment (a smoothstep is at most 1.5 times as fast as its mean).
+// network included.
 double largest_jump(const Series& rows) {
-  constexpr double kAlignSpeed = 1.5 * 0.3;  // rad/s
   double largest = 0;
   for (std::size_t k = 2; k < rows.size(); ++k) {
     const StationSample &before = rows[k - 1].second, &now = rows[k].second;
     const bool changed = now.state != before.state || before.state != rows[k - 2].second.state;
     if (!driven(now) || (is(now, StationState::kEngaged) && !changed)) continue;
-    const double dt = to_seconds(rows[k].first - rows[k - 1].first);
-    const auto [slowest, fastest] =
-        std::minmax({0.0, before.v_rad_s, now.v_rad_s, before.remote_v_rad_s, now.remote_v_rad_s});
-    const double change = now.target_x_rad - before.target_x_rad;
-    largest = std::max({largest, change - (fastest + kAlignSpeed) * dt, (slowest - kAlignSpeed) * dt - change});
+    largest = std::max(
+        largest, unexplained_step(now.target_x_rad - before.target_x_rad, to_seconds(rows[k].first - rows[k - 1].first),
+                                  {before.v_rad_s, now.v_rad_s, before.remote_v_rad_s, now.remote_v_rad_s}));
   }
   return largest;
 }

@@ -244,7 +244,7 @@ TEST(SpringSensor, ThatDisagreesWithTheEncodersIsAFaultAfterTwentyMilliseconds) 
 }
 
 // The joint and the motor are apart by what a whole spring would show; the sensor says that there is no spring.
-TEST(SpringSensor, FindsABrokenSpringUnderLoadAndTheMotorGivesWay) {
+TEST(SpringSensor, FindsABrokenSpringUnderLoadAndTheMotorGoesOnlyWhereBothSay) {
   McuSettings settings;
   settings.spring_sensor_nm = 8;
   OrthosisMcu core(make_mcu_params(settings));
@@ -259,7 +259,11 @@ TEST(SpringSensor, FindsABrokenSpringUnderLoadAndTheMotorGivesWay) {
   McuOutput output{};
   for (int k = 0; k < 40; ++k) output = core.step(input);
   EXPECT_EQ(core.faults(), kSpringSensor);
-  EXPECT_LT(output.motor_velocity, 0);
+  EXPECT_EQ(output.motor_velocity, 0);
+  input.sensor = 16;  // a quarter of a N m the same way: that much is taken off
+  EXPECT_LT(core.step(input).motor_velocity, 0);
+  input.sensor = -512;
+  EXPECT_EQ(core.step(input).motor_velocity, 0);
 }
 
 TEST(McuRestart, IsTold) {

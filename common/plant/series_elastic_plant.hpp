@@ -41,7 +41,8 @@ struct SeriesElasticParams {
   };
   Actuator actuator = {};
   Environment::Params environment = {};
-  double start = 0;  // rad, of joint and motor: the spring is slack
+  double start = 0;    // rad, of the joint
+  double stretch = 0;  // rad, of the spring at the start
 
   Friction friction() const noexcept { return actuator.tendon ? Friction::kBristle : Friction::kNone; }
 };
@@ -73,7 +74,8 @@ class SeriesElasticPlantWith {
         stops_(params.actuator.stop_min, params.actuator.stop_max, params.actuator.J),
         ends_(-params.actuator.spring_range, params.actuator.spring_range, params.actuator.J),
         environment_(params.environment),
-        start_(params.start) {
+        start_(params.start),
+        stretch_(params.stretch) {
     if (params.friction() != kFriction) throw std::invalid_argument("this plant is made for another friction");
   }
 
@@ -84,7 +86,8 @@ class SeriesElasticPlantWith {
   double held() const noexcept { return v_allowed_; }
   State start() const noexcept {
     State s{};
-    s[kX] = s[kXMotor] = start_;
+    s[kX] = start_;
+    s[kXMotor] = start_ + stretch_;
     return s;
   }
 
@@ -281,7 +284,7 @@ class SeriesElasticPlantWith {
   Stops<> stops_;
   Ends ends_;
   Environment environment_;
-  double start_;
+  double start_, stretch_;
   double v_allowed_ = 0;
 };
 

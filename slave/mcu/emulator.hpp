@@ -35,16 +35,21 @@ class OrthosisEmulator {
   // One MCU loop: the world moves up to it under the last command, then the core reads its encoders. True when `wire`
   // holds a frame to send. The first tick is at 0 s.
   bool tick(std::uint8_t wire[mcu::kWireBytes]) noexcept {
-    if (ticks_ > 0) world_.advance(mcu::to_rad_s(output_.motor_velocity), loop_s_ * ticks_);
+    if (ticks_ > 0) world_.advance(mcu::to_rad_s(output_.motor_velocity), loop_s_ * (ticks_ - world_since_));
     ++ticks_;
+    if (!powered_) return false;
+    if (hung_loops_ > 0) {
+      if (--hung_loops_ == 0) reset_mcu(mcu::kWatchdogReset);
+      return false;
+    }
     mcu::McuInput input{};
-    input.joint_counts = counts(world_.encoder(), joint_unit_rad_);
-    input.motor_counts = counts(world_.motor_encoder(), motor_unit_rad_);
+    input.joint_counts = joint_.read(counts(world_.encoder(), joint_unit_rad_));
+    input.motor_counts = motor_.read(counts(world_.motor_encoder(), motor_unit_rad_));
     input.temperature_c = 25;
     input.stop = stop_;
     input.release = release_;
     if (sensor_nm_ > 0) {
-      const double torque = world_.truth().spring_torque;
+      const double torque = spring_sensor_dead_ ? 0 : world_.truth().spring_torque;
       const double counts = std::clamp(torque / sensor_nm_, -1.0, 1.0) * mcu::kSensorCounts;
       input.sensor = static_cast<std::int16_t>(std::lround(std::isfinite(counts) ? counts : mcu::kSensorCounts));
       const double current = std::fmin(std::fabs(torque) / mcu::kMotorTorqueNmPerA, 3.99) * mcu::kCurrentCounts;
@@ -59,6 +64,35 @@ class OrthosisEmulator {
     ++restarts_;
     core_ = mcu::OrthosisMcu(core_params_, static_cast<std::uint8_t>(why | (restarts_ << 4)));
     output_ = {};
+  }
+
+  // It hangs; the motor keeps its last command until the chip's watchdog resets it.
+  void hang_mcu() noexcept { hung_loops_ = static_cast<int>(kChipWatchdogS / loop_s_); }
+  // Without supply nobody computes and the drive, whose enable is pulled down, stands.
+  void supply(bool present) noexcept {
+    if (present && !powered_) reset_mcu();
+    if (!present) output_ = {};
+    powered_ = present;
+  }
+  bool supplied() const noexcept { return powered_; }
+
+  // What can break. An encoder that is off has slipped on its shaft; a frozen one shows what it showed last.
+  struct Encoder {
+    std::int32_t off = 0;
+    bool frozen = false;
+    std::int32_t shown = 0;
+    std::int32_t read(std::int32_t counts) noexcept {
+      if (!frozen) shown = counts;
+      return shown + off;
+    }
+  };
+  Encoder& joint_encoder() noexcept { return joint_; }
+  Encoder& motor_encoder() noexcept { return motor_; }
+  void kill_spring_sensor() noexcept { spring_sensor_dead_ = true; }
+  // From now on it is another orthosis, whose time starts at 0.
+  void replace_world(const SeriesElasticWorld::Params& params) {
+    world_ = SeriesElasticWorld(params);
+    world_since_ = ticks_ - 1;
   }
 
   // The patient's buttons.
@@ -80,13 +114,18 @@ class OrthosisEmulator {
     return shown ? static_cast<std::int32_t>(std::lround(count)) : kImplausible;
   }
 
+  static constexpr double kChipWatchdogS = 0.015;
+
   mcu::McuParams core_params_;
   mcu::OrthosisMcu core_;
   SeriesElasticWorld world_;
   double loop_s_, sensor_nm_, joint_unit_rad_, motor_unit_rad_;
   bool stop_ = false, release_ = false;
+  bool powered_ = true, spring_sensor_dead_ = false;
+  Encoder joint_, motor_;
+  int hung_loops_ = 0;
   unsigned restarts_ = 0;
-  double ticks_ = 0;
+  double ticks_ = 0, world_since_ = 0;
   mcu::McuOutput output_{};
 };
 

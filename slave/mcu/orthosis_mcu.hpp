@@ -151,6 +151,7 @@ class OrthosisCore {
   void stop_now();
   int32_t wanted_torque() const;
   void move_torque_command();
+  void give_way(const McuInput& input);
   uint8_t slow_byte(SlowPage page);
 
   Parameters parameters_;

@@ -214,6 +214,17 @@ void OrthosisCore<P>::move_torque_command() {
   }
 }
 
+// One of the two that disagree is wrong. Following it may wind the spring up without end, so the motor goes only where
+// both say that torque is taken off, and only as fast as the smaller of them asks for.
+template <class P>
+void OrthosisCore<P>::give_way(const McuInput& input) {
+  const int32_t sensed = clamp(input.sensor, -kSensorCounts, kSensorCounts) * p().sensor_unit;
+  int32_t agreed = 0;
+  if (sensed > 0 && tau_spring_ > 0) agreed = sensed < tau_spring_ ? sensed : tau_spring_;
+  if (sensed < 0 && tau_spring_ < 0) agreed = sensed > tau_spring_ ? sensed : tau_spring_;
+  motor_velocity_ = limited(-times(agreed, p().spring_gain), p().motor_speed_limit);
+}
+
 template <class P>
 McuOutput OrthosisCore<P>::step(const McuInput& input) {
   sense(input);
@@ -221,6 +232,7 @@ McuOutput OrthosisCore<P>::step(const McuInput& input) {
   supervise(input);
   move_torque_command();
   motor_velocity_ = limited(v_ + times(tau_command_ - tau_spring_, p().spring_gain), p().motor_speed_limit);
+  if ((faults_ & kSpringSensor) != 0) give_way(input);
   // Without an angle there is no spring torque to control: the motor stands, and the patient has the spring to move in.
   if ((faults_ & (kJointEncoder | kMotorEncoder)) != 0) motor_velocity_ = 0;
   State state = State::kSafe;

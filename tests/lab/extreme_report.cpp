@@ -7,6 +7,7 @@
 #include "common/config/json.hpp"
 #include "common/config/schema.hpp"
 #include "common/record/format.hpp"
+#include "tests/lab/html_table.hpp"
 
 namespace farhand::extreme {
 namespace {
@@ -57,26 +58,6 @@ std::string quoted(std::string text) {
 }
 
 std::string number_or_nothing(double y) { return std::isfinite(y) ? shortest(y) : ""; }
-
-constexpr const char* kStyle = R"(
-body{font:14px/1.45 "Helvetica Neue",Arial,"Liberation Sans","DejaVu Sans",sans-serif;color:#1a1a1a;background:#fff;max-width:1180px;margin:24px auto;padding:0 16px}
-h1{font-size:24px;margin:0 0 2px}h2{font-size:18px;margin:34px 0 6px;padding-bottom:4px;border-bottom:1px solid #ccc}p{margin:6px 0;max-width:86ch}
-.verdict{border-left:8px solid;padding:10px 16px;margin:12px 0;background:#f6f6f6}.verdict b{font-size:19px}.ok{border-color:#2a7f4f}.failed{border-color:#111;background:#ececec}
-table{border-collapse:collapse;margin:8px 0;font-size:12.5px;width:100%}th,td{text-align:left;vertical-align:top;padding:3px 12px 3px 0;border-bottom:1px solid #e3e3e3}th{border-bottom:1px solid #777}
-td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}tr.wrong td{font-weight:600;background:#ececec}
-footer{margin-top:36px;border-top:2px solid #777;padding-top:8px;font-size:12.5px}
-@media print{@page{margin:12mm;size:landscape}body{margin:0;max-width:none;font-size:10pt}tr{break-inside:avoid}h2{break-after:avoid}}
-)";
-
-std::string row(const std::vector<std::string>& cells, const char* tag = "td", const std::string& attributes = "") {
-  std::string out = "<tr" + attributes + ">";
-  for (const std::string& cell : cells) {
-    const bool number = cell.starts_with('\t');  // a leading tab marks a column of numbers
-    out += std::string("<") + tag + (number ? " class=\"n\">" : ">") + escaped(number ? cell.substr(1) : cell) + "</" +
-           tag + ">";
-  }
-  return out + "</tr>\n";
-}
 
 // Rows and columns of a family in the order of the catalogue; empty if it has none.
 std::string table_of(const std::vector<Result>& results, const std::string& family) {
@@ -156,7 +137,7 @@ std::string html_of(const std::vector<Result>& results) {
   std::string out =
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>farhand: stiff and extreme "
       "cases</title><style>" +
-      std::string(kStyle) + "</style></head><body>\n<h1>Stiff and extreme cases</h1>\n";
+      std::string(kTableStyle) + "</style></head><body>\n<h1>Stiff and extreme cases</h1>\n";
   out += "<div class=\"verdict " + std::string(sum.wrong == 0 ? "ok" : "failed") + "\"><b>" +
          (sum.wrong == 0 ? "\u2713 Every case has its expected verdict"
                          : "\u2715 " + std::to_string(sum.wrong) + " cases came out otherwise than expected") +

@@ -15,6 +15,7 @@
 #include "tests/lab/endure_command.hpp"
 #include "tests/lab/explain_command.hpp"
 #include "tests/lab/extreme_command.hpp"
+#include "tests/lab/faults_command.hpp"
 #include "tests/lab/limits_command.hpp"
 #include "tests/lab/precision_command.hpp"
 #include "tests/lab/simulation.hpp"
@@ -229,6 +230,8 @@ int main(int argc, char** argv) {
   const Command explained = add_explain(lab, explanation);
   ExtremeChoice extreme_choice;
   const Command extreme = add_extreme(lab, extreme_choice);
+  FaultsChoice faults_choice;
+  const Command faults = add_faults(lab, faults_choice);
 
   return program.run(argc, argv, [&] {
     if (explained.given()) return explain_scene(explanation);
@@ -242,6 +245,7 @@ int main(int argc, char** argv) {
     if (made.given()) return make_directory(choice);
     if (reported.given()) return report(directory);
     if (extreme.given()) return run_extreme(extreme_choice);
+    if (faults.given()) return run_faults(faults_choice);
     return recovered.given() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
   });
 }

@@ -1,0 +1,92 @@
+// A whole session in virtual time in which everything can fail: both processes, their clocks, the network, the serial
+// cable, and the orthosis with its MCU, supply and sensors. The stations, the codec, the sealing and the MCU core are
+// those of the programs; packets arrive at ticks, as they do there.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "common/runtime/side.hpp"
+#include "slave/mcu/emulator.hpp"
+
+namespace farhand {
+
+struct Letter {
+  Nanoseconds due;
+  std::vector<std::byte> bytes;
+};
+
+// One direction of the network.
+struct Way {
+  Nanoseconds delay;
+  bool cut = false;                         // what is sent now is lost
+  std::function<void(Packet<1>&)> content;  // changes what the sender says
+  std::function<void(Way&, Letter)> carry;  // instead of post()
+  std::deque<Letter> pending = {};          // the earliest due first
+
+  void post(Letter letter);
+};
+
+struct Process {
+  std::unique_ptr<Side> side;
+  Way* in = nullptr;
+  bool runs = true;
+  Nanoseconds clock = 0;  // what its clock shows more than the others'
+  Nanoseconds started = 0, ticked = 0;
+};
+
+// Between the slave's process and its orthosis.
+struct Cable {
+  bool from_mcu = true, to_mcu = true, plugged = true;
+  double noise = 0;  // share of the bytes that are damaged, both ways
+  std::mt19937_64 dice{1};
+};
+
+class FaultRig {
+ public:
+  // The scene must be complete; its network must be free of chance.
+  explicit FaultRig(const scene::Scene& scene);
+  ~FaultRig();
+
+  Nanoseconds now;  // of the last tick
+  Way forward, backward;
+  Process master, slave;
+  Cable cable;
+  std::function<double(double)> master_reading, slave_reading;  // of the encoders; the slave's if it is a direct drive
+  OperatorAct act = OperatorAct::kNone, patient_act = OperatorAct::kNone;  // in the next tick of their side
+
+  void tick();
+  // A new process in the place of the old one, with a new session, once the handshake is over.
+  void restart_master();
+  void restart_slave();
+  // The slave's side is given another key than the master's.
+  void change_key();
+  void break_spring();
+
+  // Null for a direct drive.
+  OrthosisEmulator* orthosis() noexcept;
+
+  // What the device does to the hand now, N m: the larger of what it exerts and what its drive is told.
+  double torque() const noexcept;
+  double velocity() const noexcept;  // rad/s, of the hand
+  bool lets_go() const noexcept;     // nothing is commanded, and the MCU, if any, is at rest
+
+ private:
+  struct Link;
+  class Port;
+  void start(Process& process, std::unique_ptr<Side> side);
+  void run(Process& process, Way& out, OperatorAct& act);
+  void deliver(Process& process);
+  std::unique_ptr<Side> make_slave();
+
+  scene::Scene scene_;
+  std::unique_ptr<OrthosisOnSerial> orthosis_;
+  std::unique_ptr<Link> link_;
+  std::uint32_t sessions_ = 0;
+};
+
+}  // namespace farhand
