@@ -267,7 +267,7 @@ std::vector<Elsewhere> elsewhere() {
       {"4 s without network", "engaged", "both hold until the operator engages",
        "StoriesOfTheNetwork.EverythingIsLostForFourSeconds"},
       {"kills, SIGSTOP, patient's stop at random", "any", "safe recordings, flat memory",
-       "RoughSession.EveryMishapOnceIsSurvivedSafely"},
+       "NightlyRoughSession.EveryMishapOnceIsSurvivedSafely"},
       {"limits of power, position, speed and torque met", "engaged", "engaged: less of what the peer asks for",
        "OnEitherDevice.Power"},
       {"cable pulled", "any", "noticed by the next call", "Serial.APulledCableIsNoticedByTheNextCallAndStaysNoticed"},
