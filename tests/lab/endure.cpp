@@ -120,7 +120,7 @@ LoadedScene repeated(LoadedScene loaded, double duration_s) {
     therapist.mutable_intended()->MergeFrom(session);
   loaded.scene.set_duration_s(duration_s);
   scene::Limits& limits = *loaded.scene.mutable_slave()->mutable_limits();
-  limits.set_session_s(std::max(limits.session_s(), std::min(duration_s, 86400.0)));  // it bounds one of these sessions
+  limits.set_session_s(std::max(limits.session_s(), duration_s));  // it bounds one of these sessions
   return loaded;
 }
 
