@@ -127,7 +127,11 @@ void expect_nothing_grows(const std::vector<Stretch>& all, double stretch_s, std
     EXPECT_LE(s.force_error_peak_nm, 1.2 * first.force_error_peak_nm) << k;
     EXPECT_LE(std::fabs(s.energy_residual_master_j), s.energy_rounding_master_j) << k;
     EXPECT_LE(std::fabs(s.energy_residual_slave_j), s.energy_rounding_slave_j) << k;
-    EXPECT_LE(s.energy_rounding_master_j + s.energy_rounding_slave_j, 1e-10 * s.energy_exchanged_j) << k;
+    // What rounding may leave grows with the time of day (energy_audit.hpp); what it leaves does not.
+    const double hours = std::max(1.0, s.until_s / 3600);
+    EXPECT_LE(s.energy_rounding_master_j + s.energy_rounding_slave_j, 1e-10 * hours * s.energy_exchanged_j) << k;
+    EXPECT_LE(std::fabs(s.energy_residual_master_j), 1e-11 * s.energy_exchanged_j) << k;
+    EXPECT_LE(std::fabs(s.energy_residual_slave_j), 1e-11 * s.energy_exchanged_j) << k;
     EXPECT_EQ(s.not_finite, 0u);
     resident_max = std::max(resident_max, s.resident_bytes);
   }
