@@ -28,15 +28,6 @@ Greeting patient() {
   return greeting;
 }
 
-// What one seals the other opens.
-bool share_keys(MediaSession& a, MediaSession& b) {
-  const std::array<std::byte, 5> packet{};
-  const auto sealed = a.seal(packet);
-  std::vector<std::byte> datagram(sealed.begin(), sealed.end());
-  std::span<std::byte> opened;
-  return b.open(datagram, opened) == MediaSession::Opening::kOpened;
-}
-
 struct Pair {
   HandshakeNetwork network;
   Party &dialer, &listener;

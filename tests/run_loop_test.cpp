@@ -21,6 +21,7 @@
 #include "common/runtime/latest.hpp"
 #include "common/runtime/live_status.hpp"
 #include "common/runtime/operator_input.hpp"
+#include "tests/support/pipe.hpp"
 
 namespace farhand {
 namespace {
@@ -185,27 +186,6 @@ TEST(Latest, ReaderSeesWholeValuesInOrderAndTheLastOne) {
   writer.join();
   EXPECT_FALSE(latest.read(value));
 }
-
-class Pipe {
- public:
-  Pipe() { EXPECT_EQ(pipe2(ends_, O_CLOEXEC), 0); }
-  ~Pipe() {
-    close(ends_[0]);
-    finish();
-  }
-  int out() const { return ends_[0]; }
-  int in() const { return ends_[1]; }
-  void say(const std::string& text) const {
-    EXPECT_EQ(write(ends_[1], text.data(), text.size()), ssize_t(text.size()));
-  }
-  void finish() {
-    if (ends_[1] >= 0) close(ends_[1]);
-    ends_[1] = -1;
-  }
-
- private:
-  int ends_[2] = {-1, -1};
-};
 
 TEST(OperatorInput, ReadsOneWordPerLine) {
   Pipe pipe;

@@ -6,30 +6,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "tests/support/pipe.hpp"
 #include "tests/support/scratch_directory.hpp"
 
 namespace farhand {
 namespace {
-
-class Pipe {
- public:
-  Pipe() { EXPECT_EQ(pipe2(ends_, O_CLOEXEC), 0); }
-  ~Pipe() {
-    close(ends_[0]);
-    finish();
-  }
-  int out() const { return ends_[0]; }
-  void say(const std::string& text) const {
-    EXPECT_EQ(write(ends_[1], text.data(), text.size()), ssize_t(text.size()));
-  }
-  void finish() {
-    if (ends_[1] >= 0) close(ends_[1]);
-    ends_[1] = -1;
-  }
-
- private:
-  int ends_[2] = {-1, -1};
-};
 
 TEST(StopInput, WithoutOneNothingIsEverPressed) {
   StopInput none("");

@@ -28,7 +28,7 @@ class Json {
   template <std::signed_integral T>
   Json(T value) : Json(Whole{}, static_cast<std::int64_t>(value)) {}
   template <std::unsigned_integral T>
-  requires(!std::same_as<T, bool>) Json(T value) : Json(Whole{}, static_cast<std::uint64_t>(value)) {}
+  Json(T value) : Json(Whole{}, static_cast<std::uint64_t>(value)) {}
   static Json array();
   static Json object(Members members = {});
 

@@ -38,14 +38,6 @@ std::unique_ptr<Handshaker> station() {
                                      [] { return Handshaker::listener(key(), greeting_of(StationRole::kTherapist)); });
 }
 
-bool share_keys(MediaSession& a, MediaSession& b) {
-  const std::array<std::byte, 5> packet{};
-  const auto sealed = a.seal(packet);
-  std::vector<std::byte> datagram(sealed.begin(), sealed.end());
-  std::span<std::byte> opened;
-  return b.open(datagram, opened) == MediaSession::Opening::kOpened;
-}
-
 // As in the secured link: a session on which nothing comes is given back after five seconds, and the box calls again.
 void require_they_meet(HandshakeNetwork& network, Party& box, Party& station, Nanoseconds at_most) {
   Nanoseconds silent_since = network.now();

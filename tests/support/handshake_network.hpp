@@ -2,6 +2,7 @@
 // the agreement within milliseconds of real time, whatever the delay and the loss.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <optional>
@@ -14,6 +15,15 @@
 namespace farhand {
 
 inline const UdpEndpoint kDialerAt = endpoint(1000), kListenerAt = endpoint(2000);
+
+// What one seals the other opens.
+inline bool share_keys(MediaSession& a, MediaSession& b) {
+  const std::array<std::byte, 5> packet{};
+  const auto sealed = a.seal(packet);
+  std::vector<std::byte> datagram(sealed.begin(), sealed.end());
+  std::span<std::byte> opened;
+  return b.open(datagram, opened) == MediaSession::Opening::kOpened;
+}
 
 class HandshakeNetwork {
  public:

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/config/load.hpp"
+
+namespace farhand {
+
+using Sets = std::vector<std::string>;
+
+inline LoadedScene load(const std::string& text, const Sets& sets = {}) { return load_scene_text(text, "FILE", sets); }
+
+inline std::string said(const LoadedScene& loaded) {
+  std::string all;
+  for (const std::string& warning : loaded.warnings) all += warning + '\n';
+  return all;
+}
+
+}  // namespace farhand
