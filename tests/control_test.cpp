@@ -154,7 +154,8 @@ TEST(Scene, ReferencesAreThoseOfTheHandWrittenStep) {
   Dice dice(4);
   Seen seen;
   for (int episode = 0; episode < kEpisodes; ++episode) {
-    const SceneParams p = dice.settings();
+    SceneParams p = dice.settings();
+    if (episode % 2 == 0) p.drive.gate.acceleration = std::exp(dice.uniform(0.0, 9.0));
     FourChannel<ReferenceDrive<1>> scene(p);
     PlainReferenceStep<> plain(p);
     for (int k = 0; k < kTicks; ++k) {
@@ -179,7 +180,8 @@ TEST(Scene, ReferencesAreThoseOfTheHandWrittenStep) {
       seen.add(plain.limits);
     }
   }
-  for (const LimitBit bit : {kLimitTorque, kLimitRate, kLimitRange, kLimitVelocity, kLimitNotFinite})
+  for (const LimitBit bit :
+       {kLimitTorque, kLimitRate, kLimitRange, kLimitVelocity, kLimitNotFinite, kLimitAcceleration})
     EXPECT_GT(seen.of(bit), 100) << bit;
 }
 

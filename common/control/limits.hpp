@@ -111,9 +111,11 @@ class ReferenceGate {
       double& x = reference_.x[i];
       const double aim = finite ? clip(wish.x[i], params_.range_min, params_.range_max, kLimitRange) : x;
       double to = clip(aim, x - most, x + most, kLimitRate);
-      if (change < kUnbounded) to = accelerate(i, aim, to, ticks);
-      step_[i] = (to - x) / (dt_s_ * ticks);
-      wished_[i] = aim;
+      if (change < kUnbounded) {
+        to = accelerate(i, aim, to, ticks);
+        step_[i] = (to - x) / (dt_s_ * ticks);
+        wished_[i] = aim;
+      }
       x = to;
       const double v = finite ? clip(wish.v[i], -params_.velocity, params_.velocity, kLimitVelocity) : 0.0;
       reference_.v[i] = clip(v, reference_.v[i] - change, reference_.v[i] + change, kLimitAcceleration);

@@ -186,29 +186,38 @@ template <class T = double>
 class PlainReferenceStep {
  public:
   explicit PlainReferenceStep(const SceneParams& p)
-      : a_v_(static_cast<T>(p.drive.g_v.rad_s()) * p.drive.dt_s /
-             (1 + static_cast<T>(p.drive.g_v.rad_s()) * p.drive.dt_s)),
-        v_gain_(a_v_ / p.drive.dt_s),
+      : dt_(p.drive.dt_s),
+        a_v_(static_cast<T>(p.drive.g_v.rad_s()) * dt_ / (1 + static_cast<T>(p.drive.g_v.rad_s()) * dt_)),
+        v_gain_(a_v_ / dt_),
         gate_(p.drive.gate),
-        step_(static_cast<T>(p.drive.gate.velocity) * p.drive.dt_s) {}
+        change_(gate_.acceleration * dt_) {}
 
   void reset(T x) noexcept {
-    y_ = x_ref = x;
-    v_ref = f_ref = 0;
+    y_ = x_ref = wished_ = x;
+    v_ref = f_ref = speed_ = 0;
   }
   void step(T x, T x_r, T v_r, T f_r) noexcept {
     v = v_gain_ * (x - y_);
     y_ += a_v_ * (x - y_);
     limits = 0;
-    if (!std::isfinite(x_r) || !std::isfinite(v_r) || !std::isfinite(f_r)) {
-      v_ref = f_ref = 0;
+    T aim = x_ref, v_in = 0, f_in = 0;
+    if (std::isfinite(x_r) && std::isfinite(v_r) && std::isfinite(f_r)) {
+      aim = clip(x_r, gate_.range_min, gate_.range_max, kLimitRange);
+      v_in = clip(v_r, -gate_.velocity, gate_.velocity, kLimitVelocity);
+      f_in = clip(f_r, -gate_.torque, gate_.torque, kLimitTorque);
+    } else {
       limits = kLimitNotFinite;
-      return;
     }
-    const T x_in = clip(x_r, gate_.range_min, gate_.range_max, kLimitRange);
-    x_ref = clip(x_in, x_ref - step_, x_ref + step_, kLimitRate);
-    v_ref = clip(v_r, -gate_.velocity, gate_.velocity, kLimitVelocity);
-    f_ref = clip(f_r, -gate_.torque, gate_.torque, kLimitTorque);
+    const T step = gate_.velocity * dt_;
+    T to = clip(aim, x_ref - step, x_ref + step, kLimitRate);
+    if (std::isfinite(change_)) {
+      to = accelerated(aim, to);
+      speed_ = (to - x_ref) / dt_;
+      wished_ = aim;
+    }
+    x_ref = to;
+    v_ref = clip(v_in, v_ref - change_, v_ref + change_, kLimitAcceleration);
+    f_ref = f_in;
   }
 
   T v = 0, x_ref = 0, v_ref = 0, f_ref = 0;
@@ -220,9 +229,30 @@ class PlainReferenceStep {
     return plain_clip<T>(u, low, high);
   }
 
-  T a_v_, v_gain_;
+  // The speed with which a way may be entered that ends at rest, when each tick takes change_ off it.
+  T entered(T way) const noexcept {
+    const T q = way > 0 ? way / (change_ * dt_) : T{};
+    const T whole = std::floor((std::sqrt(1 + 8 * q) - 1) / 2);
+    return change_ * (whole + (q - whole * (whole + 1) / 2) / (whole + 1));
+  }
+  T accelerated(T aim, T to) noexcept {
+    const T behind = wished_ - x_ref;
+    T wish = (to - x_ref) / dt_;
+    if (behind != 0) wish = (aim - wished_) / dt_ + std::copysign(entered(std::abs(behind)), behind);
+    const T high = std::min({T(gate_.velocity), speed_ + change_, entered(gate_.range_max - x_ref)});
+    const T low = std::max({T(-gate_.velocity), speed_ - change_, -entered(x_ref - gate_.range_min)});
+    const T speed = plain_clip<T>(plain_clip<T>(wish, std::min(low, high), high), speed_ - change_, speed_ + change_);
+    const T next =
+        plain_clip<T>(x_ref + speed * dt_, std::min<T>(gate_.range_min, x_ref), std::max<T>(gate_.range_max, x_ref));
+    if (std::abs(next - to) < kRounding) return to;
+    limits |= kLimitAcceleration;
+    return std::abs(next - aim) < kRounding ? aim : next;
+  }
+
+  static constexpr double kRounding = 1e-12;
+  T dt_, a_v_, v_gain_;
   GateParams gate_;
-  T step_, y_ = 0;
+  T change_, y_ = 0, speed_ = 0, wished_ = 0;
 };
 
 }  // namespace farhand

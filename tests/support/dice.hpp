@@ -65,7 +65,7 @@ class Dice {
   bool next(double (&in)[4]) {
     in[0] = walk(x_, v_);
     in[1] = walk(x_r_, v_r_);
-    in[2] = v_r_;
+    in[2] = once_in(100) ? uniform(-8, 8) : v_r_;
     f_r_ = 0.995 * f_r_ + uniform(-0.05, 0.05);
     in[3] = once_in(50) ? uniform(-40, 40) : f_r_;
     if (!once_in(200)) return false;
