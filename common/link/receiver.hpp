@@ -3,6 +3,11 @@
 // Order is explicit (sequence numbers, a ring), time is the sender's own (play-out, see playout.hpp), age is judged by
 // arrival on the local clock. All arithmetic is relative to the first packet of a session, so the clocks of the two
 // sides may differ by anything.
+//
+// A clock that steps, or a machine that was suspended, makes every packet look old or early. What proves one fresh all
+// the same is its echo, which the clock of the peer does not enter: the way here took no longer than the round trip,
+// and so over the fastest packet no longer than this round trip over the shortest. With that proof the clocks are
+// compared anew, and the station lets go as after silence; without it such a packet is not acted upon.
 #pragma once
 
 #include <algorithm>
@@ -83,13 +88,14 @@ class Receiver {
   // Of the newest packet that echoed this station.
   std::optional<Nanoseconds> rtt() const noexcept { return rtt_; }
 
+  // Also of packets that were too old to act upon.
   void echo(Packet<N>& outgoing, Nanoseconds now) const noexcept {
-    if (!any_) return;
+    if (!heard_) return;
     constexpr Nanoseconds kLongest = std::numeric_limits<std::uint32_t>::max();
-    outgoing.echo_session = newest_.session;
-    outgoing.echo_seq = newest_.seq;
-    outgoing.echo_send_time_ns = newest_.send_time_ns;
-    outgoing.echo_dwell_ns = static_cast<std::uint32_t>(std::clamp<Nanoseconds>(now - newest_arrival_, 0, kLongest));
+    outgoing.echo_session = session_;
+    outgoing.echo_seq = echoed_.seq;
+    outgoing.echo_send_time_ns = echoed_.send_time;
+    outgoing.echo_dwell_ns = static_cast<std::uint32_t>(std::clamp<Nanoseconds>(now - echoed_.arrival, 0, kLongest));
   }
 
  private:
@@ -127,31 +133,40 @@ class Receiver {
     }
     heard_ = true;
     session_ = packet.session;
-    ++generation_;
     ++counters_.sessions;
+    echoed_ = {packet.seq, packet.send_time_ns, arrival};
+    rtt_.reset();
+    shortest_rtt_.reset();
+    compare_clocks(packet, arrival);
+  }
+
+  // Everything before this packet is forgotten.
+  void compare_clocks(const Packet<N>& packet, Nanoseconds arrival) noexcept {
+    ++generation_;
     stamp_0_ = packet.send_time_ns;
     arrival_0_ = arrival;
     newest_seq_ = first_seq_ = packet.seq;
     any_ = played_ = false;
     overwritten_ = 0;
     clock_ = PlayoutClock(params_.playout_max);
-    rtt_.reset();
   }
 
   bool seen(std::uint32_t seq) const noexcept {
     const Slot& slot = ring_[seq % kSlots];
     return slot.generation == generation_ && slot.seq == seq;
   }
-  void mark(Slot& slot, std::uint32_t seq, bool playable) noexcept {
+  Slot& mark(std::uint32_t seq, bool playable) noexcept {
+    Slot& slot = ring_[seq % kSlots];
     if (played_ && slot.generation == generation_ && distance(slot.seq, cursor_) > 0) ++overwritten_;
     slot.generation = generation_;
     slot.seq = seq;
     slot.playable = playable;
     if (distance(seq, newest_seq_) > 0) newest_seq_ = seq;
+    return slot;
   }
-  void mark_useless(Slot& slot, std::uint32_t seq) noexcept {
+  void mark_useless(std::uint32_t seq) noexcept {
     if (played_ && distance(seq, cursor_) < 0 && distance(seq, first_cursor_) > 0) --counters_.lost;
-    mark(slot, seq, false);
+    mark(seq, false);
   }
 
   Nanoseconds expiry(const Packet<N>& packet) const noexcept {
@@ -209,12 +224,19 @@ class Receiver {
     a = between.max(low).min(high);
   }
 
-  void measure_round_trip(const Packet<N>& packet, Nanoseconds arrival) noexcept {
+  std::optional<Nanoseconds> round_trip(const Packet<N>& packet, Nanoseconds arrival) const noexcept {
     constexpr std::uint32_t kSaturated = std::numeric_limits<std::uint32_t>::max();
-    if (packet.echo_session == 0 || packet.echo_session != own_session_ || packet.echo_dwell_ns == kSaturated) return;
+    if (packet.echo_session == 0 || packet.echo_session != own_session_ || packet.echo_dwell_ns == kSaturated)
+      return {};
     const Nanoseconds rtt =
         difference(difference(arrival, packet.echo_send_time_ns), Nanoseconds{packet.echo_dwell_ns});
-    if (rtt >= 0 && rtt <= 120 * kSecond) rtt_ = rtt;
+    if (rtt < 0 || rtt > 120 * kSecond) return {};
+    return rtt;
+  }
+  // Its age over the fastest packet, by its round trip and not by clocks, is within what it may be.
+  bool fresh_by_echo(const Packet<N>& packet, Nanoseconds arrival) const noexcept {
+    const std::optional<Nanoseconds> rtt = round_trip(packet, arrival);
+    return rtt && *rtt - shortest_rtt_.value_or(0) <= expiry(packet);
   }
 
   static constexpr Nanoseconds kPeriodMax = 20 * kMillisecond;
@@ -235,13 +257,17 @@ class Receiver {
 
   Nanoseconds stamp_0_ = 0;
   Nanoseconds arrival_0_ = 0;
+  struct Echoed {
+    std::uint32_t seq = 0;
+    Nanoseconds send_time = 0, arrival = 0;
+  } echoed_;  // the newest by sequence number
   std::uint32_t first_seq_ = 0;
   std::uint32_t newest_seq_ = 0;  // of everything seen, expired ones included
   Packet<N> newest_;              // of everything accepted
   Nanoseconds newest_stamp_ = 0;
   Nanoseconds newest_arrival_ = 0;
   Nanoseconds last_arrival_ = 0;
-  std::optional<Nanoseconds> rtt_;
+  std::optional<Nanoseconds> rtt_, shortest_rtt_;
 
   std::uint32_t cursor_ = 0;  // newest packet that play-out has passed
   std::uint32_t first_cursor_ = 0;
@@ -261,27 +287,35 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
     }
     begin_session(packet, arrival);
   }
-  const Nanoseconds stamp = difference(packet.send_time_ns, stamp_0_);
-  const Nanoseconds at = difference(arrival, arrival_0_);
+  if (distance(packet.seq, echoed_.seq) > 0) echoed_ = {packet.seq, packet.send_time_ns, arrival};
+  Nanoseconds stamp = difference(packet.send_time_ns, stamp_0_);
+  Nanoseconds at = difference(arrival, arrival_0_);
   if (beyond_horizon(stamp) || beyond_horizon(at)) return count(counters_.rejected_stamp, Receipt::kStamp);
 
   const std::int32_t ahead = distance(packet.seq, newest_seq_);
   if (ahead <= -kSlots) return count(counters_.late, Receipt::kLate);
-  Slot& slot = ring_[packet.seq % kSlots];
   if (seen(packet.seq)) return count(counters_.duplicate, Receipt::kDuplicate);
-  if (clock_.based() && at - stamp - clock_.fastest(at) > expiry(packet)) {
-    mark_useless(slot, packet.seq);
-    return count(counters_.rejected_expired, Receipt::kExpired);
+  const Nanoseconds late = clock_.based() ? at - stamp - clock_.fastest(at) : 0;
+  const bool early = late < -expiry(packet);
+  if (late > expiry(packet) || early) {
+    if (ahead > 0 && fresh_by_echo(packet, arrival)) {
+      compare_clocks(packet, arrival);
+      lapsed_ = true;
+      stamp = at = 0;
+    } else if (!early || shortest_rtt_) {  // before there is any round trip, what comes early is only fast
+      mark_useless(packet.seq);
+      return count(counters_.rejected_expired, Receipt::kExpired);
+    }
   }
   const std::int32_t ahead_of_newest = distance(packet.seq, newest_.seq);
   if (any_ && (ahead_of_newest > 0) != (stamp > newest_stamp_)) return count(counters_.rejected_stamp, Receipt::kStamp);
 
   clock_.observe(stamp, at, period());
   if (played_ && (stamp <= shown_stamp_ || distance(packet.seq, cursor_) <= 0)) {
-    mark_useless(slot, packet.seq);
+    mark_useless(packet.seq);
     return count(counters_.late, Receipt::kLate);
   }
-  mark(slot, packet.seq, true);
+  Slot& slot = mark(packet.seq, true);
   slot.stamp = stamp;
   slot.motion = packet.motion;
   ++counters_.received;
@@ -295,7 +329,10 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
   newest_ = packet;
   newest_stamp_ = stamp;
   newest_arrival_ = arrival;
-  measure_round_trip(packet, arrival);
+  if (const auto rtt = round_trip(packet, arrival)) {
+    rtt_ = rtt;
+    shortest_rtt_ = std::min(*rtt, shortest_rtt_.value_or(*rtt));
+  }
   return Receipt::kAccepted;
 }
 

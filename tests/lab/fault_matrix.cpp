@@ -199,8 +199,6 @@ class Course {
       orthosis->press_release(true);
       wait(kSecond);
       orthosis->press_release(false);
-    } else if (remedy == Remedy::kRestart) {
-      rig_.restart_slave();
     } else {
       orthosis->supply(false);
       wait(100 * kMillisecond);

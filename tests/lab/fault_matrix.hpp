@@ -21,7 +21,6 @@ enum class Remedy {
   kRest,      // a minute without the hand being given anything
   kRelease,   // the patient's release key
   kPowerOff,  // the orthosis is switched off and on: its MCU latched a fault
-  kRestart,   // the patient's program is started anew
   kRepair,    // none without tools
 };
 const char* name_of(Remedy remedy);
