@@ -224,13 +224,9 @@ const char* name_of(At at) {
 }
 
 const char* name_of(Remedy remedy) {
-  constexpr const char* kNames[] = {"engage",
-                                    "reset, engage",
-                                    "a minute's rest, engage",
-                                    "release key, engage",
-                                    "orthosis off and on, engage",
-                                    "restart, engage",
-                                    "repair"};
+  constexpr const char* kNames[] = {
+      "engage", "reset, engage", "a minute's rest, engage", "release key, engage", "orthosis off and on, engage",
+      "repair"};
   return kNames[static_cast<int>(remedy)];
 }
 
