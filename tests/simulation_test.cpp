@@ -165,6 +165,21 @@ TEST(Simulation, SameSceneAndSeedGiveTheSameBytes) {
   EXPECT_NE(first, bytes("seed=8"));
 }
 
+// The operator's ENGAGE of each shipped scene is due before the patient's side is heard to be ready.
+TEST(Simulation, EngagesOverHalfASecondOfJitterAndLoss) {
+  Sets sets;
+  for (const std::string way : {"network.forward.", "network.backward."}) {
+    for (const char* setting : {"delay_s=0.5", "jitter_s=0.25", "distribution=UNIFORM", "loss=0.1"})
+      sets.push_back(way + setting);
+  }
+  for (const char* scene : {"demo", "four_channel_cdob_sdcv"}) {
+    const Result r = run(scene, sets);
+    EXPECT_EQ(r.session.master.back().state, static_cast<int>(StationState::kEngaged)) << scene;
+    EXPECT_EQ(r.session.slave.back().state, static_cast<int>(StationState::kEngaged)) << scene;
+    EXPECT_GT(r.number("engaged_s"), r.loaded.scene.duration_s() - 4) << scene;
+  }
+}
+
 TEST(Simulation, NothingMovesBeforeTheOperatorActs) {
   const Result r = run("four_channel_cdob_sdcv", {"operator_acts[0].at_s=25", "duration_s=26"});
   for (const StationSample& row : r.session.slave) {

@@ -199,13 +199,6 @@ const Bound kBounds[] = {
      "operator_acts[0].at_s=20",
      "operator_acts[0].at_s=21",
      "operator_acts[0].at_s = 21 lies after the end of the run, duration_s = 20"},
-    {"engaging before the slave is heard",
-     {"architecture=FOUR_CHANNEL_CDOB", "network.forward.delay_s=0.3", "network.backward.delay_s=0.3"},
-     "operator_acts[0].at_s=0.32",
-     "operator_acts[0].at_s=0.31",
-     "operator_acts[0].at_s = 0.31 is before the slave can be heard to have passed its self-test of 0.02 s, "
-     "network.backward.delay_s = 0.3: ENGAGE is "
-     "ignored"},
     {"grip",
      {"architecture=FOUR_CHANNEL_CDOB", "network.forward.delay_s=0.1", "network.backward.delay_s=0.1", "slave.hand={}"},
      "master.therapist.grip=NORMAL",

@@ -23,7 +23,7 @@ OperatorAct act_of(scene::Act act) {
 
 }  // namespace
 
-OperatorTimeline::OperatorTimeline(const scene::Scene& scene, Role side) {
+OperatorTimeline::OperatorTimeline(const scene::Scene& scene, Role side) : patience_s_(scene.engagement().timeout_s()) {
   const scene::Person person = side == Role::kLeader ? scene::THERAPIST : scene::PATIENT;
   for (const scene::OperatorAct& timed : scene.operator_acts()) {
     if (timed.by() == person) acts_.push_back({timed.at_s(), act_of(timed.act())});

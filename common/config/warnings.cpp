@@ -12,7 +12,6 @@
 #include "common/config/schema.hpp"
 #include "common/config/world_params.hpp"
 #include "common/plant/intended_motion.hpp"
-#include "common/scene/engagement.hpp"
 
 namespace farhand {
 namespace {
@@ -340,12 +339,6 @@ class Warner {
       if (s_.operator_acts(i).at_s() > s_.duration_s())
         say(is("operator_acts[" + std::to_string(i) + "].at_s", s_.operator_acts(i).at_s()) +
             " lies after the end of the run, " + is("duration_s", s_.duration_s()));
-    const double tested_s = to_seconds(EngagementParams{}.self_test) + s_.network().backward().delay_s();
-    for (int i = 0; i < s_.operator_acts_size(); ++i)
-      if (s_.operator_acts(i).act() == scene::ENGAGE && s_.operator_acts(i).at_s() < tested_s)
-        say(is("operator_acts[" + std::to_string(i) + "].at_s", s_.operator_acts(i).at_s()) +
-            " is before the slave can be heard to have passed its self-test of 0.02 s, " +
-            is("network.backward.delay_s", s_.network().backward().delay_s()) + ": ENGAGE is ignored");
     if (s_.master().motor().gravity_nm() > s_.master().axis().torque_limit_nm())
       say(is("master.axis.torque_limit_nm", s_.master().axis().torque_limit_nm()) + " N m cannot hold the weight of " +
           is("master.motor.gravity_nm", s_.master().motor().gravity_nm()));

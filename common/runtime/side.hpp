@@ -30,6 +30,12 @@ class Side {
   virtual bool device_valid() const noexcept = 0;               // of the last tick
 };
 
+// Whether `engage` on this side would lead somewhere.
+inline bool both_ready(const Side& side, Nanoseconds now) noexcept {
+  const auto ready = [](StationState s) { return s == StationState::kReady || s == StationState::kHolding; };
+  return ready(side.trace().state) && side.receiver().alive(now) && ready(side.receiver().newest().state);
+}
+
 // The scene must be complete. session: drawn anew at each start, never 0. Serial ports that cannot be opened throw
 // std::runtime_error.
 std::unique_ptr<Side> make_simulated_master(const scene::Scene& scene, std::uint32_t session);

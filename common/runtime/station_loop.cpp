@@ -29,7 +29,7 @@ bool StationLoop::operator()(const TickTime& time) noexcept {
   // The tick belongs to its deadline: readings, play-out and stamps then keep even steps however late the thread
   // woke.
   const int ticks = 1 + static_cast<int>(std::min<std::uint64_t>(time.missed, 1'000'000));
-  const OperatorAct act = next_act(t_s);
+  const OperatorAct act = next_act(time.deadline_ns, t_s);
   const Packet<1> packet = side_.tick(time.deadline_ns, t_s, act, ticks);
   if (ports_.link->send(codec_.encode(packet))) ++sent_;
   record(time, t_s, act);
@@ -55,12 +55,12 @@ void StationLoop::receive(Nanoseconds now) noexcept {
 }
 
 // The patient's stop comes before whatever else was asked for.
-OperatorAct StationLoop::next_act(double t_s) noexcept {
+OperatorAct StationLoop::next_act(Nanoseconds now, double t_s) noexcept {
   was_pressed_ = pressed_;
   pressed_ = ports_.stop_input != nullptr && ports_.stop_input->pressed();
   if (stopping_ || pressed_) return OperatorAct::kStop;
   if (const std::optional<OperatorAct> act = ports_.operator_input->poll()) return *act;
-  return ports_.timeline->next(t_s);
+  return ports_.timeline->next(t_s, both_ready(side_, now));
 }
 
 void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noexcept {

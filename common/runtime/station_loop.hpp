@@ -41,7 +41,7 @@ class StationLoop {
 
  private:
   void receive(Nanoseconds now) noexcept;
-  OperatorAct next_act(double t_s) noexcept;
+  OperatorAct next_act(Nanoseconds now, double t_s) noexcept;
   void record(const TickTime& time, double t_s, OperatorAct act) noexcept;
   void note(Nanoseconds t, const char* what, const char* why) noexcept;
   void show(double t_s) noexcept;

@@ -31,7 +31,7 @@ class UnwatchedRun {
         if (codec_.decode(bytes, packet) == DecodeResult::kOk) side(!forward).receive(packet, due);
       });
       const double t_s = to_seconds(t);
-      link.send(true, codec_.encode(sides_.master->tick(t, t_s, acts_.next(t_s), 1)), t);
+      link.send(true, codec_.encode(sides_.master->tick(t, t_s, acts_.next(t_s, both_ready(*sides_.master, t)), 1)), t);
       link.send(false, codec_.encode(sides_.slave->tick(t, t_s, OperatorAct::kNone, 1)), t);
     }
   }

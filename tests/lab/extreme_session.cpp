@@ -116,8 +116,8 @@ class Run {
       deliver(to_slave_, t, *slave_, slave_clock, record_.slave);
       deliver(
           to_master_, t, *master_, [&](Nanoseconds due) { return plan_.epoch + due; }, record_.master);
-      tick(*master_, t, plan_.epoch + t, acts_.next(to_seconds(t)), record_.master, t > steady, forward_, to_slave_,
-           plan_.to_slave);
+      tick(*master_, t, plan_.epoch + t, acts_.next(to_seconds(t), both_ready(*master_, plan_.epoch + t)),
+           record_.master, t > steady, forward_, to_slave_, plan_.to_slave);
       if (next_slave <= t) {
         tick(*slave_, t, slave_clock(t), OperatorAct::kNone, record_.slave, t > steady, backward_, to_master_,
              plan_.to_master);

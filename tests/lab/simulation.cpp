@@ -55,11 +55,12 @@ class Run {
       if (t > end_) break;
       deliver(t);  // ticks of the same instant do not hear each other: neither machine goes first
       if (next_master == t) {
-        tick(true, t, t, acts_.next(to_seconds(t)));
+        tick(true, t, t, acts_.next(to_seconds(t), both_ready(master_, t)));
         next_master = ++master_ticks * tick_;
       }
       if (next_slave == t) {
-        tick(false, t, slave_clock_.at(t), patient_acts_.next(to_seconds(t)));
+        const Nanoseconds now = slave_clock_.at(t);
+        tick(false, t, now, patient_acts_.next(to_seconds(t), both_ready(slave_, now)));
         next_slave = slave_clock_.when(++slave_ticks * tick_);
       }
     }
