@@ -66,7 +66,7 @@ class Receiver {
 
   Receipt accept(const Packet<N>& packet, Nanoseconds arrival) noexcept;
 
-  // Once per tick. Content time never goes backwards within a session.
+  // Once per tick. Content time never goes backwards within a session, but where clocks are compared anew (take_lapse).
   Played<N> play(Nanoseconds now) noexcept;
 
   bool heard() const noexcept { return any_; }
@@ -79,9 +79,9 @@ class Receiver {
     return any_ ? now - last_arrival_ : std::numeric_limits<Nanoseconds>::max();
   }
   bool alive(Nanoseconds now) const noexcept { return silence(now) <= params_.timeout; }
-  // Since this was asked last the peer was silent for too long, or another session took over and claims to be engaged
-  // already, even if no tick fell into it: a host that slept finds a socket full of packets and a peer that seems
-  // alive. The station must let go of what it believed before.
+  // Since this was asked last the peer was silent for too long, a clock was set, or another session took over and
+  // claims to be engaged already, even if no tick fell into it: a host that slept finds a socket full of packets and a
+  // peer that seems alive. The station must let go of what it believed before.
   bool take_lapse() noexcept { return std::exchange(lapsed_, false); }
   // The first second after silence or a restart of the peer is over, in which what is shown may still jump in time.
   bool settled(Nanoseconds now) const noexcept { return clock_.settled(difference(now, arrival_0_)); }

@@ -70,7 +70,8 @@ void receive(Receiver<1>& receiver, const Packet<1>& packet, Nanoseconds now) {
   const Played<1> next = receiver.play(now);
   require(next.motion.finite(), "what is shown is finite");
   require(next.depth >= 0, "nothing is shown before it came");
-  const bool same = receiver.counters().sessions == sessions && shown.any;
+  // Where it does not, the station is told to let go of what it believed.
+  const bool same = receiver.counters().sessions == sessions && shown.any && !receiver.take_lapse();
   require(!same || next.content_time >= shown.content_time, "time runs forward within a session");
 }
 
