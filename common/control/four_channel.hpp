@@ -13,7 +13,7 @@ namespace farhand {
 
 // Acceleration reference, rad/s2.
 template <int N>
-Joints<N> four_channel(const FourChannelGains& K, const Motion<N>& local, const Motion<N>& remote) noexcept {
+inline Joints<N> four_channel(const FourChannelGains& K, const Motion<N>& local, const Motion<N>& remote) noexcept {
   return K.K_p * (remote.x - local.x) + K.K_d * (remote.v - local.v) - K.K_f * (local.f + remote.f);
 }
 

@@ -16,14 +16,15 @@ namespace farhand {
 template <int N>
 class TorqueGate {
  public:
-  TorqueGate(const GateParams& params, double dt_s) : params_(params), torque_step_(params.torque_rate * dt_s) {}
+  TorqueGate(const GateParams& params, double dt_s)
+      : params_(params), torque_step_(params.torque_rate * dt_s), bounds_(bounds(params)) {}
 
   // The acceleration to ask for, before it becomes a torque: within the limit, and so that the speed ends at its own
   // like a low-pass of kBrake. (Cutting the torque instead would chatter: over a tenth of the limit it is a gain of
   // 75 N m s/rad on 4 g m2, and the speed is known 3 ms late.)
   Joints<N> bounded(const Joints<N>& a_ref, const Joints<N>& v) noexcept {
     Joints<N> a = a_ref;
-    for (int i = 0; i < N; ++i) {
+    for (int i = 0; bounds_ && i < N; ++i) {
       const auto bound = [&](double low, double high, std::uint32_t bit) {
         if (a[i] > high || a[i] < low) pending_ |= bit;
         a[i] = a[i] > high ? high : a[i] < low ? low : a[i];
@@ -62,7 +63,10 @@ class TorqueGate {
     return applied_;
   }
 
-  void limit(const GateParams& params) noexcept { params_ = params; }  // keeps the rate
+  void limit(const GateParams& params) noexcept {  // keeps the rate
+    params_ = params;
+    bounds_ = bounds(params);
+  }
 
   // Zero without a ramp.
   const Joints<N>& cut() noexcept {
@@ -75,10 +79,13 @@ class TorqueGate {
   std::uint32_t active() const noexcept { return active_; }
 
  private:
+  static bool bounds(const GateParams& p) noexcept { return std::isfinite(p.acceleration) || std::isfinite(p.speed); }
+
   static constexpr double kFade = 0.0175;  // rad, one degree
   static constexpr double kBrake = 250.0;  // 1/s, half of the velocity filter's cut-off
   GateParams params_;
   double torque_step_;
+  bool bounds_;  // the acceleration; the therapist's axis has none
   Joints<N> applied_ = Joints<N>::Zero();
   std::uint32_t active_ = 0, pending_ = 0;
 };

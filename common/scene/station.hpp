@@ -94,8 +94,10 @@ class Station {
     const double offset = (trace_.local.x - trace_.remote.x).abs().maxCoeff();
     EngagementInputs in;
     in.act = act;
-    in.guard_fault = verdict_.fault;
-    in.limit_holds = verdict_.hold;
+    if (guard_) {
+      in.guard_fault = verdict_.fault;
+      in.limit_holds = verdict_.hold;
+    }
     in.device_valid = sensed.valid;
     in.finite = !sensed.valid || sensed.finite();
     in.in_range = params_.engagement.homing || in_range();
@@ -178,7 +180,7 @@ class Station {
   Blend<N> blend_;
   std::optional<PatientGuard<N>> guard_;  // the follower's only
   GuardVerdict verdict_;
-  Motion<N> followed_;
+  Motion<N> followed_;  // where there is a guard
   TickTrace<N> trace_;
   Joints<N> x_hold_ = Joints<N>::Zero();
   Joints<N> x_source_ = Joints<N>::Zero();
@@ -191,8 +193,9 @@ class Station {
 template <class S>
 auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, OperatorAct act, int ticks) noexcept
     -> Output {
-  typename Drive::Sensed sensed = read;
-  sensed.x += zero_;
+  std::optional<typename Drive::Sensed> homed;
+  if (zero_ != 0.0) (homed = read)->x += zero_;
+  const typename Drive::Sensed& sensed = homed ? *homed : read;
   const bool usable = sensed.valid && sensed.finite();
   Motion<N>& local = trace_.local;
   if (usable) {
@@ -221,15 +224,16 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   trace_.compensation = scene_.compensation();
 
   // Homing has its own gate: neither range nor peer count in it.
-  const bool guarded = guard_ && trace_.state != StationState::kHoming;
-  followed_ = guarded ? guard_->allow(local, trace_.target, verdict_.gain) : trace_.target;
+  const bool homing = trace_.state == StationState::kHoming;
+  if (guard_) followed_ = homing ? trace_.target : guard_->allow(local, trace_.target, verdict_.gain);
+  const Motion<N>& followed = guard_ ? followed_ : trace_.target;
 
   Output out;
-  out.command = usable && asks != Asks::kNothing ? scene_.drive.follow(local, followed_, asks == Asks::kMotion, ticks)
+  out.command = usable && asks != Asks::kNothing ? scene_.drive.follow(local, followed, asks == Asks::kMotion, ticks)
                                                  : scene_.drive.safe();
   if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
-  trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite) | verdict_.limits |
-                  verdict_.warnings << kWarningShift;
+  trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
+  if (guard_) trace_.limits |= verdict_.limits | verdict_.warnings << kWarningShift;
   trace_.effort = scene_.drive.torque()[0];
   fill(out.packet, now);
   return out;

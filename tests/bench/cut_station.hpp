@@ -26,6 +26,7 @@ class Rtob {
   Dob<1> observer_;
 };
 
+// Its steps are not inlined, as those of the real one are not.
 class Drive {
  public:
   explicit Drive(const DriveParams& p)
@@ -43,7 +44,7 @@ class Drive {
     dob_.reset(Joints<1>::Zero(), Joints<1>::Zero());
     rtob_.reset();
   }
-  Motion<1> observe(const Joints<1>& x, int ticks) noexcept {
+  [[gnu::noinline]] Motion<1> observe(const Joints<1>& x, int ticks) noexcept {
     Motion<1> local;
     local.x = x;
     local.v = ticks > 1 ? derivative_.bridge(x) : derivative_.step(x);
@@ -51,7 +52,7 @@ class Drive {
     local.f = rtob_.step(gate_.applied(), local.v);
     return local;
   }
-  Joints<1> follow(const Motion<1>& local, const Motion<1>& target, bool driven, int ticks) noexcept {
+  [[gnu::noinline]] Joints<1> follow(const Motion<1>& local, const Motion<1>& target, bool driven, int ticks) noexcept {
     authority_ = std::clamp(authority_ + (driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
     return gate_.pass(authority_ * (J_n_ * four_channel(K_, local, target) + dob_.value()), local.x);
   }
@@ -149,7 +150,7 @@ class Station {
 
   Motion<1> own_motion() const noexcept { return {trace_.local.x, trace_.local.v, -trace_.local.f}; }
 
-  void decide(Nanoseconds now, bool valid, bool finite, OperatorAct act, bool peer_known) noexcept {
+  [[gnu::noinline]] void decide(Nanoseconds now, bool valid, bool finite, OperatorAct act, bool peer_known) noexcept {
     const double offset = (trace_.local.x - trace_.remote.x).abs().maxCoeff();
     EngagementInputs in;
     in.act = act;
@@ -159,7 +160,7 @@ class Station {
     const double room = 0.5 * (gate.range_max - gate.range_min);
     in.in_range = trace_.local.x[0] >= gate.range_min - room && trace_.local.x[0] <= gate.range_max + room;
     in.at_rest = drive_.at_rest();
-    in.peer_alive = peer_known && receiver_.alive(now);
+    in.peer_alive = !receiver_.take_lapse() && peer_known && receiver_.alive(now);
     in.peer = receiver_.newest().state;
     in.aligned = peer_known && receiver_.settled(now) && blend_.done() &&
                  offset < (p_.role == Role::kLeader ? p_.align_tolerance : 0.0873);
