@@ -209,6 +209,7 @@ class Weather {
     if (happens(kHomed)) in.homing = random_() % 2 == 0 ? HomingProgress::kBlocked : HomingProgress::kDone;
     if (happens(kGuardFault)) in.guard_fault = Reason::kOutOfRange;
     in.limit_holds = happens(kPatientLimit);
+    in.shaken = happens(kShaken);
     in.peer_alive = !happens(kSilent);
     if (happens(kPeerChanges)) peer_ = static_cast<S>(random_() % 9);
     in.peer = peer_;
@@ -227,6 +228,7 @@ class Weather {
     kHomed,
     kGuardFault,
     kPatientLimit,
+    kShaken,
     kSilent,
     kPeerChanges,
     kApart,
@@ -308,7 +310,8 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
       if (next != last && next == S::kEngaged) {
         ASSERT_TRUE(in.peer_alive && in.aligned);
         ASSERT_EQ(last == S::kAligning, role == Role::kLeader);
-        ASSERT_TRUE(role == Role::kLeader || (disengaged_since && in.peer == S::kEngaged && !in.limit_holds));
+        ASSERT_TRUE(role == Role::kLeader ||
+                    (disengaged_since && in.peer == S::kEngaged && !in.limit_holds && !in.shaken));
       }
       if (next == S::kEngaged || next == S::kAligning) {
         ASSERT_TRUE(in.peer_alive && in.act != OperatorAct::kHold);

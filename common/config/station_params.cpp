@@ -1,7 +1,15 @@
 #include "common/config/station_params.hpp"
 
+#include <algorithm>
+#include <numbers>
+
+#include "common/device/mcu_frame.hpp"
+
 namespace farhand {
 namespace {
+
+constexpr double kStiffestHand = 30;   // N m/rad; a finger joint has up to 10
+constexpr double kFinestCount = 1e-4;  // rad; what is finer tells nothing more of an axis that shakes by that much
 
 DriveParams drive_params(const scene::Scene& scene, const scene::Axis& axis) {
   const scene::Control& c = scene.control();
@@ -54,6 +62,47 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
   return p;
 }
 
+double count_rad(const scene::Scene& scene) {
+  const scene::Slave& slave = scene.slave();
+  const bool elastic = slave.device() == scene::SERIES_ELASTIC;
+  const double per_rev =
+      elastic ? slave.series_elastic().joint_counts_per_rev() : slave.motor().encoder_counts_per_rev();
+  const double count = per_rev > 0 ? 2 * std::numbers::pi / per_rev : 0.0;
+  return elastic ? std::max(count, 1.0 / mcu::kAngleCountsPerRad) : count;
+}
+
+// What is known of the device in which the hand is, and of what it may be tied to.
+PlausibilityParams plausibility_params(const scene::Scene& scene, const DriveParams& drive) {
+  const scene::Slave& slave = scene.slave();
+  const scene::Motor& motor = slave.motor();
+  const scene::SeriesElastic& elastic = slave.series_elastic();
+  const bool is_elastic = slave.device() == scene::SERIES_ELASTIC;
+  const scene::LuGre& bristle = is_elastic ? elastic.tendon_lugre() : motor.lugre();
+  const bool has_bristle = is_elastic ? elastic.has_tendon_lugre() : motor.has_lugre();
+  const double dry = is_elastic ? elastic.tendon_friction_nm() : motor.coulomb_nm();
+  PlausibilityParams p;
+  p.dt_s = drive.dt_s;
+  p.stop_min = is_elastic ? elastic.stop_min_rad() : motor.stop_min_rad();
+  p.stop_max = is_elastic ? elastic.stop_max_rad() : motor.stop_max_rad();
+  p.resolution = std::max(count_rad(scene), kFinestCount);
+  // The motor and a person who is as strong, twice, because the inertia may be less than believed.
+  p.top_acceleration = 4 * drive.gate.torque / drive.model.J_n;
+  p.g_reac = is_elastic ? Cutoff::rad_s(slave.mcu().g_rad_s()) : drive.g_reac;
+  p.settle_s = 10 / (is_elastic ? slave.mcu().g_v_rad_s() : drive.g_v.rad_s());
+  // A loop with a higher J_n/J is not stable.
+  p.least_inertia = drive.model.J_n / 1.3;
+  p.hand_stiffness =
+      std::max({kStiffestHand, 2 * slave.hand().stiffness_nm_per_rad(), 2 * slave.wall().stiffness_nm_per_rad()});
+  p.inertia = 2 * std::max(drive.model.J_n, is_elastic ? elastic.j_joint_kgm2() : motor.j_kgm2());
+  // The loop itself holds the axis like a spring of K_p/K_f; without a force gain nothing moves it for good.
+  p.stiffness = std::max({kStiffestHand, p.hand_stiffness, 2 * drive.K.K_p / std::max(drive.K.K_f, 1e-9)});
+  p.damping = 2 * std::max(slave.hand().damping_nms_per_rad(), slave.wall().damping_nms_per_rad());
+  p.friction =
+      2 * std::max({drive.model.coulomb, dry, has_bristle ? bristle.f_s_nm() : 0.0}) + 0.01 * drive.gate.torque;
+  if (is_elastic) p.unseen_nm_per_s = 2 * elastic.spring_nm_per_rad() * elastic.motor_speed_limit_rad_s();
+  return p;
+}
+
 PatientLimits patient_limits(const scene::Slave& slave) {
   const scene::Limits& l = slave.limits();
   const double half = 0.5 * slave.axis().torque_limit_nm() / slave.axis().k_tn_nm_per_a();
@@ -85,6 +134,9 @@ StationParams slave_station_params(const scene::Scene& scene, std::uint32_t sess
   p.scene.drive.gate.acceleration = axis.acceleration_limit_rad_s2();
   p.scene.drive.gate.speed = axis.velocity_limit_rad_s();
   p.guard.limits = patient_limits(scene.slave());
+  p.guard.plausibility = plausibility_params(scene, p.scene.drive);
+  p.guard.oscillation = {
+      .limit = scene.slave().shaking_limit_rad_s(), .resolution = count_rad(scene), .dt_s = scene.tick_s()};
   return p;
 }
 

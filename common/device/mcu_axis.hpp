@@ -30,6 +30,7 @@ class McuAxis {
   // nobody looked at for longer than the serial timer: what waits in the line then is of unknown age.
   Io::Sensed read(double t_s) noexcept {
     std::array<std::uint8_t, 64> bytes;
+    sensed_.fresh = false;
     for (int burst = 0; burst < kBursts; ++burst) {
       const std::size_t n = port.read(bytes, t_s);
       for (std::size_t i = 0; i < n; ++i) {
@@ -43,6 +44,7 @@ class McuAxis {
     const bool awake = t_s - read_s_ <= kSilence;
     read_s_ = t_s;
     const bool obeys = !tracking_ || state_ == mcu::State::kTrack || t_s - tracking_since_s_ < kTakeOver;
+    if (!fresh) sensed_.device.fault = DeviceFault::kNone;  // of old it may have been reset
     sensed_.valid = fresh && awake && !port.lost() && state_ != mcu::State::kFault && obeys;
     sensed_.at_rest = state_ == mcu::State::kSafe;
     return sensed_;
@@ -93,6 +95,7 @@ class McuAxis {
     ++counters_.received;
     heard_ = true;
     heard_s_ = t_s;
+    sensed_.fresh = true;
     state_ = telemetry.state;
     sensed_.x[0] = mcu::angle_rad(telemetry);
     sensed_.f[0] = mcu::torque_nm(telemetry);
@@ -100,6 +103,13 @@ class McuAxis {
     const mcu::SlowPage page = mcu::slow_page(telemetry.seq);
     if (page == mcu::SlowPage::kCurrent) sensed_.device.motor_current = slow_.motor_current_a();
     if (page == mcu::SlowPage::kTemperatureC) sensed_.device.surface_temperature = slow_.temperature_c();
+    if (page == mcu::SlowPage::kFaults) sensed_.device.fault = fault_of(slow_.faults());
+  }
+
+  // The faults of its sensors; to the others its state says enough.
+  static DeviceFault fault_of(std::uint8_t faults) noexcept {
+    if ((faults & mcu::kSpringSensor) != 0) return DeviceFault::kSpring;
+    return (faults & (mcu::kJointEncoder | mcu::kMotorEncoder)) != 0 ? DeviceFault::kEncoder : DeviceFault::kNone;
   }
 
   mcu::FrameDecoder decoder_;

@@ -62,6 +62,18 @@ enum class SlowPage : uint8_t {
   kRestart,      // why the MCU started last, bits 0-3; how often it restarted, bits 4-7
   kCurrent,
 };
+// Bits of the fault page. All but kWatchdog keep the MCU out of the active states: kPatientStop until it is released,
+// the others until the MCU is reset.
+enum Fault : uint8_t {
+  kJointEncoder = 1,
+  kMotorEncoder = 2,
+  kSpringTorque = 4,
+  kOverrun = 8,
+  kWatchdog = 16,  // the last active state ended by silence; cleared by the next start
+  kPatientStop = 32,
+  kSpringSensor = 64,  // the spring's sensor and the encoders disagree: one of them, or the spring, is broken
+};
+
 inline SlowPage slow_page(uint8_t telemetry_seq) {
   const uint8_t page = telemetry_seq & 15;
   return page > static_cast<uint8_t>(SlowPage::kCurrent) ? SlowPage::kCommandEcho : static_cast<SlowPage>(page);

@@ -73,6 +73,8 @@ void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noex
   if (act != OperatorAct::kNone && !stopping_ && !pressed_) note(time.deadline_ns, "operator", name_of(act));
   if (time.index == 0 || trace.state != noted_) note(time.deadline_ns, name_of(trace.state), name_of(trace.reason));
   noted_ = trace.state;
+  const std::string_view shaking = shaking_note_.step(t_s, trace);
+  if (!shaking.empty()) ports_.recorder->note(time.deadline_ns, shaking);
 }
 
 void StationLoop::note(Nanoseconds t, const char* what, const char* why) noexcept {

@@ -15,6 +15,7 @@
 #include "common/runtime/peer_link.hpp"
 #include "common/runtime/run_loop.hpp"
 #include "common/runtime/side.hpp"
+#include "common/scene/shaking_note.hpp"
 #include "common/runtime/stop_input.hpp"
 
 namespace farhand {
@@ -57,6 +58,7 @@ class StationLoop {
   bool stopping_ = false;
   bool pressed_ = false, was_pressed_ = false;  // the patient's stop, in this tick and in the one before
   int stopping_ticks_ = 0;
+  ShakingNote shaking_note_;
   StationState noted_ = StationState::kOff;
 };
 

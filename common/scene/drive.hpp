@@ -15,6 +15,7 @@ template <int N>
 class DirectDrive {
  public:
   static constexpr int kJoints = N;
+  static constexpr bool kGivesTorque = true;
   using Sensed = typename DirectIo<N>::Sensed;
   using Command = typename DirectIo<N>::Command;
 
@@ -65,6 +66,7 @@ template <int N>
 class ReferenceDrive {
  public:
   static constexpr int kJoints = N;
+  static constexpr bool kGivesTorque = false;
   using Sensed = typename ReferenceIo<N>::Sensed;
   using Command = typename ReferenceIo<N>::Command;
 

@@ -1,14 +1,23 @@
 // What goes in and out of the two kinds of axis a station can stand on, apart from the laws between.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "common/signal/motion.hpp"
 
 namespace farhand {
 
+// What a device finds wrong with its own sensors.
+enum class DeviceFault : std::uint8_t {
+  kNone,
+  kEncoder,  // an encoder shows what no axis does
+  kSpring    // its spring's torque is not what the encoders on both ends of the spring say
+};
+
 // What a device tells besides, slowly, where it can.
 struct DeviceReadings {
+  DeviceFault fault = DeviceFault::kNone;
   std::optional<double> motor_current;        // A
   std::optional<double> surface_temperature;  // deg C, of the motor
 };
@@ -19,6 +28,7 @@ struct DirectIo {
   struct Sensed {
     Joints<N> x = Joints<N>::Zero();  // rad
     bool valid = true;                // false: the device cannot be read
+    bool fresh = true;                // false: the last reading again
     DeviceReadings device = {};
     bool finite() const noexcept { return x.allFinite(); }
   };
@@ -34,6 +44,7 @@ struct ReferenceIo {
     Joints<N> x = Joints<N>::Zero();  // rad
     Joints<N> f = Joints<N>::Zero();  // reaction, N m
     bool valid = false;               // false: no fresh telemetry, or the device is in a fault
+    bool fresh = true;                // false: the last reading again
     bool at_rest = true;              // the device says that it follows nothing
     DeviceReadings device = {};
     bool finite() const noexcept { return x.allFinite() && f.allFinite(); }

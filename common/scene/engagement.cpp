@@ -58,6 +58,8 @@ constexpr Transition kTransitions[] = {
      [](const S& s) noexcept { return act(s, OperatorAct::kHold); }},
     {{kEngaged}, kHolding, Reason::kPatientLimit, kFollower, "a limit of the patient's side asks for rest",
      [](const S& s) noexcept { return s.in.limit_holds; }},
+    {{kEngaged}, kHolding, Reason::kShaken, kFollower, "the hand is shaken, and less of the peer's wishes does not calm it",
+     [](const S& s) noexcept { return s.in.shaken; }},
     {{kAligning, kEngaged}, kHolding, Reason::kPeerSilent, kEither, "nothing heard for `receive.timeout_s`",
      [](const S& s) noexcept { return !s.in.peer_alive; }},
     {{kAligning, kEngaged}, kHolding, Reason::kPeerFault, kEither, "the peer is in Fault",
@@ -82,9 +84,10 @@ constexpr Transition kTransitions[] = {
     {{kReady, kHolding}, kAligning, Reason::kOperator, kLeader, "`engage` on this side, the peer is Ready or Holding",
      [](const S& s) noexcept { return act(s, OperatorAct::kEngage) && peer(s, {kReady, kHolding}); }},
     {{kReady, kHolding}, kEngaged, Reason::kPeerEngaged, kFollower,
-     "the edge (above), within 5 degrees, nothing fades any more, nobody here asks for rest",
+     "the edge (above), within 5 degrees, nothing fades any more, nobody here asks for rest, nothing shakes",
      [](const S& s) noexcept { return peer(s, {kEngaged}) && s.peer_seen_disengaged && s.in.aligned &&
-                                        !s.in.limit_holds && !act(s, OperatorAct::kHold); }},
+                                        !s.in.limit_holds && !s.in.shaken &&
+                                        !act(s, OperatorAct::kHold); }},
 };
 // clang-format on
 

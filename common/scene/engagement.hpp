@@ -28,6 +28,7 @@ struct EngagementInputs {
   HomingProgress homing = HomingProgress::kUnderway;
   std::optional<Reason> guard_fault;  // what the guard of the patient's side finds wrong
   bool limit_holds = false;           // a limit of the patient's side asks for rest
+  bool shaken = false;                // the patient's hand shakes, and less of the peer's wishes did not calm it
   bool peer_alive = false;
   StationState peer = StationState::kReady;
   bool aligned = false;  // close enough to the peer to engage, and nothing still fades
@@ -61,6 +62,7 @@ class Engagement {
 
   StationState state() const noexcept { return state_; }
   Reason reason() const noexcept { return reason_; }
+  bool knows_angle() const noexcept { return homed_ || !params_.homing; }
 
   static std::span<const Transition> transitions() noexcept;
   const Transition* taken() const noexcept { return taken_; }  // by the last step; null if it stayed

@@ -5,6 +5,8 @@
 #include "common/control/patient_limits.hpp"
 #include "common/link/receiver_params.hpp"
 #include "common/observer/axis_model.hpp"
+#include "common/observer/oscillation.hpp"
+#include "common/observer/plausibility.hpp"
 #include "common/scene/engagement.hpp"
 #include "common/scene/homing.hpp"
 
@@ -31,6 +33,8 @@ struct SceneParams {
 // What the patient's side allows, whatever the network asks (common/scene/patient_guard.hpp).
 struct GuardParams {
   PatientLimits limits;
+  PlausibilityParams plausibility;
+  OscillationParams oscillation;
 };
 
 // The patient's side is always plain four channels.

@@ -9,8 +9,11 @@
 //   energy in a minute     hold until below 0.9 of it, then let go               "
 //   warmth of the motor    hold until below 0.9 of it, then let go               "
 //   session time           hold, then let go, until the patient's side resets    "
+//   implausible reading    fault                                                 common/observer/plausibility.hpp
+//   what an MCU finds      fault                                                 common/device/mcu_axis.hpp
+//   shaking                lower gain, hold until it is calm, fault              common/observer/oscillation.hpp
 //
-// Each warns at 0.9. Gain g turns the motion to follow into one that asks for less (yielding() below):
+// Each limit warns at 0.9. Gain g turns the motion to follow into one that asks for less (yielding() below):
 //
 //   a_ref = g (K_p (x_r - x) + K_d v_r - K_f f_r) - K_d v - K_f f
 //
@@ -22,6 +25,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "common/control/patient_limits.hpp"
@@ -36,15 +40,20 @@ struct GuardInputs {
   Motion<N> local;                       // as estimated in this tick
   Motion<N> reference;                   // what the drive was last given to follow
   Joints<N> torque;                      // that it last applied, or asked its device for
+  bool gives_torque = true;              // the former
   DeviceReadings device;                 // slow readings, where the device has them
   bool driven = false, engaged = false;  // since the last tick
   bool valid = true;                     // the device was read; else local is of an earlier tick
+  bool fresh = true;                     // and this is a new reading
+  bool continues = true;                 // its angle is known, and counts from where that of the last tick did
   int ticks = 1;                         // periods since the last
 };
 
 struct GuardVerdict {
   std::optional<Reason> fault;             // latches as any fault does
   bool hold = false;                       // as the operator's
+  bool shaken = false;                     // to be held for that, and not to be taken
+  double shaking = 0.0;                    // RMS of the velocity in the band of shaking, rad/s
   double gain = 1.0;                       // 0..1
   std::uint32_t limits = 0, warnings = 0;  // LimitBit, both
 };
@@ -85,10 +94,20 @@ class PatientGuard {
   const DoseLimits& dose() const noexcept { return dose_; }
 
  private:
+  struct Joint {
+    Plausibility plausibility;
+    Oscillation oscillation;
+  };
+
+  void watch(const GuardInputs<N>& in, GuardVerdict& verdict) noexcept;
+
   static constexpr double kFade = 0.0262;  // rad
   GateParams gate_;
+
   double K_tn_, dt_s_;
   DoseLimits dose_;
+  double shaking_limit_;
+  std::array<Joint, N> joints_;
   Joints<N> v_reference_ = Joints<N>::Zero();
 };
 

@@ -32,7 +32,11 @@ enum class Reason : std::uint8_t {
   kNotAtRest,
   kHomed,
   kBlocked,
-  kPatientLimit
+  kPatientLimit,
+  kEncoderJump,
+  kEncoderFrozen,
+  kSpringDisagrees,
+  kShaken
 };
 
 class StateSet {
@@ -103,7 +107,11 @@ constexpr const char* name_of(Reason reason) noexcept {
                                     "device is not at rest",
                                     "homed",
                                     "blocked",
-                                    "patient's limit"};
+                                    "patient's limit",
+                                    "encoder jumps",
+                                    "encoder is frozen",
+                                    "spring and its sensor disagree",
+                                    "shaken"};
   return kNames[static_cast<int>(reason)];
 }
 constexpr const char* name_of(Asks asks) noexcept {

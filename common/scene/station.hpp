@@ -78,15 +78,19 @@ class Station {
   // Following oneself asks for no acceleration.
   Motion<N> own_motion() const noexcept { return {trace_.local.x, trace_.local.v, -trace_.local.f}; }
 
-  void guard(const typename Drive::Sensed& sensed, OperatorAct act, int ticks) noexcept {
+  // continues: this reading counts from where the last one did.
+  void guard(const typename Drive::Sensed& sensed, bool continues, OperatorAct act, int ticks) noexcept {
     if (act == OperatorAct::kReset) guard_->reset();
     verdict_ = guard_->step({.local = trace_.local,
                              .reference = followed_,
                              .torque = scene_.drive.torque(),
+                             .gives_torque = Drive::kGivesTorque,
                              .device = sensed.device,
                              .driven = asks_of(trace_.state) == Asks::kMotion,
                              .engaged = trace_.state == StationState::kEngaged,
                              .valid = was_usable_,
+                             .fresh = sensed.fresh,
+                             .continues = continues && engagement_.knows_angle(),
                              .ticks = ticks});
   }
 
@@ -97,6 +101,7 @@ class Station {
     if (guard_) {
       in.guard_fault = verdict_.fault;
       in.limit_holds = verdict_.hold;
+      in.shaken = verdict_.shaken;
     }
     in.device_valid = sensed.valid;
     in.finite = !sensed.valid || sensed.finite();
@@ -202,6 +207,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
     if (!was_usable_) scene_.drive.reset(sensed);
     local = scene_.drive.observe(sensed, ticks);
   }
+  const bool continues = usable && was_usable_;
   was_usable_ = usable;
 
   const Played<N> played = receiver_.play(now);
@@ -209,7 +215,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
 
-  if (guard_) guard(sensed, act, ticks);
+  if (guard_) guard(sensed, continues, act, ticks);
   decide(now, sensed, act, played.any);
   const Motion<N> source = choose(ticks);
   const Asks asks = asks_of(trace_.state);
@@ -233,7 +239,10 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
                                                  : scene_.drive.safe();
   if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
   trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
-  if (guard_) trace_.limits |= verdict_.limits | verdict_.warnings << kWarningShift;
+  if (guard_) {
+    trace_.limits |= verdict_.limits | verdict_.warnings << kWarningShift;
+    trace_.shaking = verdict_.shaking;
+  }
   trace_.effort = scene_.drive.torque()[0];
   fill(out.packet, now);
   return out;

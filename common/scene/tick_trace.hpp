@@ -21,6 +21,7 @@ struct TickTrace {
   Nanoseconds playout_depth = 0;
   Nanoseconds rtt = 0;
   std::uint32_t limits = 0;
+  double shaking = 0.0;  // of the patient's hand: RMS of its velocity in the band of shaking, rad/s
 };
 
 }  // namespace farhand

@@ -19,8 +19,9 @@ enum LimitBit : std::uint32_t {
   kLimitEnergy = 1u << 8,        // energy delivered within a minute: holds
   kLimitHeat = 1u << 9,          // warmth of the motor: holds until it has cooled
   kLimitSession = 1u << 10,      // time of the session: holds until the patient's side begins another
+  kLimitShaking = 1u << 11,      // the hand is shaken: the network's share is lowered, then holds until it is calm
 };
-inline constexpr std::uint32_t kLimits = (1u << 11) - 1;
+inline constexpr std::uint32_t kLimits = (1u << 12) - 1;
 
 // A limit that is near, from 0.9 of it on, is the same bit in the upper half.
 inline constexpr int kWarningShift = 16;
@@ -41,6 +42,7 @@ inline constexpr NamedLimit kLimitNames[] = {{kLimitTorque, "torque"},
                                              {kLimitPower, "power"},
                                              {kLimitEnergy, "energy"},
                                              {kLimitHeat, "heat"},
-                                             {kLimitSession, "session time"}};
+                                             {kLimitSession, "session time"},
+                                             {kLimitShaking, "shaking"}};
 
 }  // namespace farhand

@@ -74,18 +74,6 @@ struct McuOutput {
   State state;
 };
 
-// Bits of the fault page. All but kWatchdog keep the MCU out of the active states: kPatientStop until it is released,
-// the others until the MCU is reset.
-enum Fault : uint8_t {
-  kJointEncoder = 1,
-  kMotorEncoder = 2,
-  kSpringTorque = 4,
-  kOverrun = 8,
-  kWatchdog = 16,  // the last active state ended by silence; cleared by the next start
-  kPatientStop = 32,
-  kSpringSensor = 64,  // the spring's sensor and the encoders disagree: one of them, or the spring, is broken
-};
-
 // The restart page: why the MCU started last, in the bits of the ATmega's MCUSR, and how often it has restarted since
 // its power came on, modulo 16, above them.
 enum Restart : uint8_t {

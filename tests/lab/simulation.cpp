@@ -8,6 +8,7 @@
 #include "common/config/operator_timeline.hpp"
 #include "common/link/codec.hpp"
 #include "common/record/sample.hpp"
+#include "common/scene/shaking_note.hpp"
 #include "netem/link_params.hpp"
 #include "netem/pending.hpp"
 #include "tests/lab/emulated_slave.hpp"
@@ -147,6 +148,8 @@ class Keeper final : public Witness {
     if (rows.empty() || rows.back().state != row.state)
       session.events.push_back(
           {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + name_of(side.trace().reason)});
+    const std::string_view shaking = master ? std::string_view() : shaking_note_.step(t_s, side.trace());
+    if (!shaking.empty()) session.events.push_back({t_s, who, std::string(shaking)});
     rows.push_back(row);
     if (progress_ && t_s >= next_report_s_) {
       progress_(t_s);
@@ -159,6 +162,7 @@ class Keeper final : public Witness {
 
  private:
   const std::function<void(double)>& progress_;
+  ShakingNote shaking_note_;  // of the patient's hand
   double next_report_s_ = 0;
 };
 
