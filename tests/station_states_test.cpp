@@ -110,7 +110,7 @@ void expect_nothing_unsafe(std::uint64_t seed) {
           side.fault = {};
       }
     };
-    for (int k = 0; k < 50'000; ++k) {
+    for (int k = 0; k < 60'000; ++k) {
       const std::uint64_t dice = random() % 8000;
       if (dice < 40) pair.act = dice < 20 ? OperatorAct::kEngage : dice < 30 ? OperatorAct::kReset : OperatorAct::kHome;
       if (dice >= 40 && dice < 60) pair.slave_act = dice < 50 ? OperatorAct::kReset : OperatorAct::kHome;

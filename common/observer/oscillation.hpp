@@ -18,9 +18,9 @@
 // with harmonics of 2 q f each in the velocity. In the band they come to at most c q RMS, c = 32/s: no shaking, and not
 // to be told from it, so it is taken off. 8 bits then hide 0.8 rad/s, 10 bits 0.2, 14 bits 0.01.
 //
-// First what comes from the peer is given less weight, and more again once it is calm; what does not calm down asks for
-// a hold (0.5 s above the limit, or 2 s between it and its half), and what shakes on while held for letting go. A hand
-// that is not driven shakes by itself: nobody may take it.
+// First what comes from the peer is given less weight, and more again once it is calm: half of the limit over T/2. What
+// does not calm down (0.5 s above the limit, or 2 s between it and its half) asks for a hold, and what shakes on when
+// held (1 s) for letting go. A hand that is not driven shakes by itself: nobody may take it.
 #pragma once
 
 #include "common/signal/low_pass.hpp"
@@ -48,7 +48,7 @@ class Oscillation {
   // Driven, did not calm down, and has not since; not driven, it shakes.
   bool hold() const noexcept { return hold_; }
   // Nor when held: the loop of this very side shakes it, and only letting go helps.
-  bool let_go() const noexcept { return lasted_s_ > 3.0 * kPersists; }
+  bool let_go() const noexcept { return let_go_; }
 
   static constexpr double kWindow = 1.0;      // s, over which the variance is taken
   static constexpr double kPersists = 0.5;    // s of lowered gain after which it is held
@@ -60,9 +60,9 @@ class Oscillation {
  private:
   using Filter = LowPass<1>;
   double limit_, staircase_, dt_s_;
-  Filter high_pass_[4], low_pass_[2], variance_;
+  Filter high_pass_[4], low_pass_[2], variance_, recent_;
   double rms_ = 0.0, gain_ = 1.0, lasted_s_ = 0.0;
-  bool hold_ = false;
+  bool hold_ = false, let_go_ = false;
 };
 
 }  // namespace farhand

@@ -15,8 +15,8 @@
 #include "common/runtime/peer_link.hpp"
 #include "common/runtime/run_loop.hpp"
 #include "common/runtime/side.hpp"
-#include "common/scene/shaking_note.hpp"
 #include "common/runtime/stop_input.hpp"
+#include "common/scene/shaking_note.hpp"
 
 namespace farhand {
 

@@ -49,8 +49,8 @@ class OrthosisEmulator {
     input.stop = stop_;
     input.release = release_;
     if (sensor_nm_ > 0) {
-      const double torque = spring_sensor_dead_ ? 0 : world_.truth().spring_torque;
-      const double counts = std::clamp(torque / sensor_nm_, -1.0, 1.0) * mcu::kSensorCounts;
+      const double torque = world_.truth().spring_torque;
+      const double counts = std::clamp(spring_sensor_.read(torque) / sensor_nm_, -1.0, 1.0) * mcu::kSensorCounts;
       input.sensor = static_cast<std::int16_t>(std::lround(std::isfinite(counts) ? counts : mcu::kSensorCounts));
       const double current = std::fmin(std::fabs(torque) / mcu::kMotorTorqueNmPerA, 3.99) * mcu::kCurrentCounts;
       input.current = static_cast<std::uint16_t>(std::isfinite(current) ? current : 0);
@@ -88,7 +88,16 @@ class OrthosisEmulator {
   };
   Encoder& joint_encoder() noexcept { return joint_; }
   Encoder& motor_encoder() noexcept { return motor_; }
-  void kill_spring_sensor() noexcept { spring_sensor_dead_ = true; }
+  struct SpringSensor {
+    double factor = 1.0;  // 0: dead, -1: its wires are swapped
+    bool stuck = false;
+    double shown = 0.0;
+    double read(double torque) noexcept {
+      if (!stuck) shown = factor * torque;
+      return shown;
+    }
+  };
+  SpringSensor& spring_sensor() noexcept { return spring_sensor_; }
   // From now on it is another orthosis, whose time starts at 0.
   void replace_world(const SeriesElasticWorld::Params& params) {
     world_ = SeriesElasticWorld(params);
@@ -121,8 +130,9 @@ class OrthosisEmulator {
   SeriesElasticWorld world_;
   double loop_s_, sensor_nm_, joint_unit_rad_, motor_unit_rad_;
   bool stop_ = false, release_ = false;
-  bool powered_ = true, spring_sensor_dead_ = false;
+  bool powered_ = true;
   Encoder joint_, motor_;
+  SpringSensor spring_sensor_;
   int hung_loops_ = 0;
   unsigned restarts_ = 0;
   double ticks_ = 0, world_since_ = 0;

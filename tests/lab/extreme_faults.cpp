@@ -98,7 +98,8 @@ void add_starts(Cases& cases) {
   const std::string family = "start at the stops";
   const auto start = [&](const std::string& name, double master, double slave, Expected expected) {
     SessionPlan plan;
-    plan.sets = {"duration_s=12"};
+    // Nobody engages while the hand still swings from its stop to and fro.
+    plan.sets = {"duration_s=16", "operator_acts[0].at_s=5"};
     plan.master_start = master;
     plan.slave_start = slave;
     plan.meter_s = 25e-6;

@@ -83,6 +83,17 @@ inline Expected device_gone(At at, double within_ms, double let_go_within_ms) {
   e.slave = S::kOff, e.slave_reason = Reason::kDeviceLost;
   return e;
 }
+// Its MCU, or it, found a sensor wrong; the MCU is in a fault at once and says 16 ms later at most why.
+inline Expected sensor_wrong(At at, Reason reason, double within_ms, double let_go_within_ms) {
+  Expected e = device_lost(at, within_ms, let_go_within_ms);
+  e.slave = S::kFault, e.slave_reason = reason;
+  if (at == At::kAligning) e.master = S::kHolding, e.master_reason = Reason::kPeerFault;
+  return e;
+}
+// The guard holds a hand that is shaken.
+inline Expected shaken(double within_ms) {
+  return {S::kHolding, S::kHolding, Reason::kShaken, Reason::kPeerLetGo, within_ms};
+}
 inline Expected with(Expected e, Remedy remedy) {
   e.remedy = remedy;
   return e;

@@ -203,6 +203,8 @@ class Course {
       orthosis->supply(false);
       wait(100 * kMillisecond);
       orthosis->supply(true);
+      wait(kSettle);
+      rig_.patient_act = OperatorAct::kReset;
     }
     wait(kSettle);
     result_.again = engages(kPatience);
@@ -225,7 +227,7 @@ const char* name_of(At at) {
 
 const char* name_of(Remedy remedy) {
   constexpr const char* kNames[] = {
-      "engage", "reset, engage", "a minute's rest, engage", "release key, engage", "orthosis off and on, engage",
+      "engage", "reset, engage", "a minute's rest, engage", "release key, engage", "orthosis off and on, reset, engage",
       "repair"};
   return kNames[static_cast<int>(remedy)];
 }

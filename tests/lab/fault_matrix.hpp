@@ -20,7 +20,7 @@ enum class Remedy {
   kReset,     // RESET, at the side that is in Fault or Stopped or whose session is over
   kRest,      // a minute without the hand being given anything
   kRelease,   // the patient's release key
-  kPowerOff,  // the orthosis is switched off and on: its MCU latched a fault
+  kPowerOff,  // the orthosis is switched off and on, and RESET at the patient's side: both latched a fault
   kRepair,    // none without tools
 };
 const char* name_of(Remedy remedy);

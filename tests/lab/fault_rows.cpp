@@ -1,5 +1,7 @@
 // The rows of the matrix: network, processes, operator. A fault lasts one second unless its name says otherwise; then
 // it is over, and the operator engages again.
+#include <cmath>
+
 #include "common/config/schema.hpp"
 #include "tests/lab/fault_expectations.hpp"
 
@@ -111,8 +113,26 @@ void add_network(Catalogue& all) {
   all.add("packets say NaN", {At::kReady, At::kFree, At::kContact}, says(kNan, 0, 0), deaf_slave);
   all.add("packets say an infinite torque", kAtWork, says(0, 0, kInf), deaf_slave);
   all.add("packets say 1000 rad", kAtWork, says(1000, 0, 0), rides);
-  all.add("packets say 1e6 rad/s", kAtWork, says(0, 1e6, 0), rides);
-  all.add("packets say 1e6 N m", kAtWork, says(0, 0, 1e6), rides);
+  // What throws the hand about is held; a torque of that size, which fades out like any other, even then.
+  constexpr double kNoticed = 500, kCalming = 500;
+  all.add("packets say 1e6 rad/s", {At::kFree}, says(0, 1e6, 0), [](At) { return shaken(kNoticed + kCalming); });
+  all.add("packets say 1e6 rad/s", {At::kContact}, says(0, 1e6, 0), rides);
+  all.add("packets say 1e6 N m", kAtWork, says(0, 0, 1e6), [](At) {
+    Expected e = with(shaken(kNoticed + kCalming), Remedy::kReset);
+    e.slave = S::kFault;
+    return e;
+  });
+  all.add(
+      "packets shake the hand by 120 mrad at 6 Hz", {At::kFree, At::kContact, At::kHolding},
+      [](R& r, N s) {
+        const double swing = 2 * M_PI * 6, phase = swing * to_seconds(s);
+        const auto speak = [=](Packet<1>& packet) {
+          packet.motion.x[0] += 0.12 * std::sin(phase);
+          packet.motion.v[0] += 0.12 * swing * std::cos(phase);
+        };
+        r.forward.content = during(s, 2 * kSecond) ? speak : decltype(r.forward.content)();
+      },
+      [](At at) { return at == At::kHolding ? rides(at) : shaken(1250); });
   all.add(
       "wrong key", {At::kReady, At::kContact},
       [](R& r, N s) {

@@ -1,4 +1,6 @@
 // The rows of the matrix on the patient's side: the serial cable, the orthosis with its MCU and sensors, encoders.
+#include <cmath>
+
 #include "tests/lab/fault_expectations.hpp"
 
 namespace farhand::faults {
@@ -30,9 +32,10 @@ void add_orthosis(Catalogue& all) {
   const auto lost_for = [](double within_ms, double let_go_ms) {
     return [=](At at) { return at == At::kAligning ? rides(at) : device_lost(at, within_ms, let_go_ms); };
   };
-  const auto broken = [](double within_ms, Remedy remedy) {
-    return [=](At at) { return with(device_gone(at, within_ms, within_ms + kRamp), remedy); };
+  const auto broken = [](Reason reason, double within_ms, Remedy remedy) {
+    return [=](At at) { return with(sensor_wrong(at, reason, within_ms, within_ms + kRamp), remedy); };
   };
+  const Reason jump = Reason::kEncoderJump, spring = Reason::kSpringDisagrees;
   // An MCU that was SAFE is so again before anybody misses it.
   all.add("MCU reset", kEvenStopped, once([](O& o) { o.reset_mcu(mcu::kExternalReset); }),
           [&](At at) { return at == At::kReady ? rides(at) : lost_for(kCableMs + kTickMs, kTickMs)(at); });
@@ -49,32 +52,47 @@ void add_orthosis(Catalogue& all) {
   constexpr N kForever = 1000 * kSecond;
   const double at_once = kCableMs + kTickMs;
   all.add("joint encoder off by 0.2 rad for 5 ms", kEverywhere, off_for(&O::joint_encoder, 5 * kMillisecond),
-          broken(at_once, Remedy::kPowerOff));
+          broken(jump, at_once, Remedy::kPowerOff));
   all.add("motor encoder off by 0.2 rad for 5 ms", kAtWork, off_for(&O::motor_encoder, 5 * kMillisecond),
-          broken(at_once, Remedy::kPowerOff));
+          broken(jump, at_once, Remedy::kPowerOff));
   all.add("joint encoder slips by 0.2 rad", kEverywhere, off_for(&O::joint_encoder, kForever),
-          broken(at_once, Remedy::kRepair));
+          broken(jump, at_once, Remedy::kRepair));
   all.add("motor encoder slips by 0.2 rad", kAtWork, off_for(&O::motor_encoder, kForever),
-          broken(at_once, Remedy::kRepair));
+          broken(jump, at_once, Remedy::kRepair));
   // Encoders and the spring's own sensor may differ by 0.5 N m for 20 ms. At 0.6 rad/s a frozen encoder makes them
   // differ so in 83 ms; when nothing moves nobody can tell, and nothing is wrong.
   constexpr double kApart = 83 + 20, kSensor = 20;
   all.add("joint encoder frozen", {At::kFree}, once([](O& o) { o.joint_encoder().frozen = true; }),
-          broken(kApart + at_once, Remedy::kRepair));
+          broken(spring, kApart + at_once, Remedy::kRepair));
   all.add("motor encoder frozen", {At::kFree}, once([](O& o) { o.motor_encoder().frozen = true; }),
-          broken(kApart + at_once, Remedy::kRepair));
-  all.add("joint encoder frozen", {At::kContact}, once([](O& o) { o.joint_encoder().frozen = true; }), rides);
+          broken(spring, kApart + at_once, Remedy::kRepair));
+  // Of a hand that is pressed only what the observers make of the noise goes round, until the host sees no angle
+  // follow.
+  all.add("joint encoder frozen", {At::kContact}, once([](O& o) { o.joint_encoder().frozen = true; }), [&](At at) {
+    return with_master(broken(Reason::kEncoderFrozen, 400, Remedy::kRepair)(at), Reason::kPeerFault);
+  });
   all.add("motor encoder frozen", {At::kContact}, once([](O& o) { o.motor_encoder().frozen = true; }),
-          broken(250, Remedy::kRepair));
-  all.add("spring sensor dead", {At::kContact, At::kHolding}, once([](O& o) { o.kill_spring_sensor(); }),
-          broken(kSensor + at_once, Remedy::kRepair));
-  all.add("spring sensor dead", {At::kFree}, once([](O& o) { o.kill_spring_sensor(); }), rides);
+          broken(spring, 250, Remedy::kRepair));
+  all.add("spring sensor dead", {At::kContact, At::kHolding}, once([](O& o) { o.spring_sensor().factor = 0; }),
+          broken(spring, kSensor + at_once, Remedy::kRepair));
+  all.add("spring sensor dead", {At::kFree}, once([](O& o) { o.spring_sensor().factor = 0; }), rides);
+  all.add("spring sensor's wires swapped", {At::kContact, At::kHolding},
+          once([](O& o) { o.spring_sensor().factor = -1; }), broken(spring, kSensor + at_once, Remedy::kRepair));
+  // What shows the right torque is not found wrong before the torque has changed by 0.5 N m.
+  all.add("spring sensor stuck", {At::kContact}, once([](O& o) { o.spring_sensor().stuck = true; }), rides);
+  all.add(
+      "spring sensor stuck, then the hand is let go", {At::kContact},
+      [](R& r, N s) {
+        if (s == 0) r.orthosis()->spring_sensor().stuck = true, r.act = OperatorAct::kHold;
+        if (s == kSecond / 10) r.patient_act = OperatorAct::kStop;
+      },
+      [&](At at) { return with_master(broken(spring, 200, Remedy::kRepair)(at), Reason::kOperator); });
   const auto snap = [](R& r, N s) {
     if (s == 0) r.break_spring();
   };
-  all.add("spring broken", {At::kContact, At::kHolding}, snap, broken(kSensor + at_once, Remedy::kRepair));
+  all.add("spring broken", {At::kContact, At::kHolding}, snap, broken(spring, kSensor + at_once, Remedy::kRepair));
   all.add("spring broken", {At::kReady}, snap, [](At at) { return with(rides(at), Remedy::kRepair); });
-  all.add("spring broken", {At::kFree}, snap, broken(kApart + at_once, Remedy::kRepair));
+  all.add("spring broken", {At::kFree}, snap, broken(spring, kApart + at_once, Remedy::kRepair));
 
   const auto pressed = [](At at) { return with(device_gone(at, 3, 3), Remedy::kRelease); };
   all.add("patient's stop", kEverywhere, once([](O& o) { o.press_stop(true); }), pressed);
@@ -116,6 +134,25 @@ void add_encoders(Catalogue& all) {
   };
   all.add("slave's encoder says NaN", kEverywhere, slave_reads(kNan), slave_fault);
   all.add("slave's encoder says infinity", kAtWork, slave_reads(kInf), slave_fault);
+  const auto wrong = [&](Reason reason, double within_ms) {
+    return [=](At at) {
+      Expected e = slave_fault(at);
+      e.slave_reason = reason, e.within_ms = within_ms, e.let_go_within_ms = within_ms;
+      return e;
+    };
+  };
+  all.add("slave's encoder off by 20 mrad", kEverywhere, slave_reads(0.02), wrong(Reason::kEncoderJump, kTickMs));
+  const auto freeze = [](R& r, N s) {
+    if (s == 0) {
+      r.slave_reading = [shown = kNan](double x) mutable { return shown = std::isnan(shown) ? x : shown; };
+    } else if (!during(s)) {
+      r.slave_reading = nullptr;
+    }
+  };
+  all.add("slave's encoder frozen", {At::kFree}, freeze, wrong(Reason::kEncoderFrozen, 4));
+  // Of a hand that is pressed or held little moves, and it shows later.
+  all.add("slave's encoder frozen", {At::kContact, At::kHolding}, freeze, wrong(Reason::kEncoderFrozen, 400));
+  all.add("slave's encoder frozen", {At::kReady}, freeze, rides);
   for (auto k = first; k < all.rows.size(); ++k) all.rows[k].direct = true;
 
   const auto master_reads = [](double off) {
