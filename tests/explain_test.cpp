@@ -212,6 +212,8 @@ TEST(Explain, BlocksAreThoseOfTheArchitecture) {
     EXPECT_EQ(block(e, Place::kMaster, BlockId::kCdob).contained, cdob);
     EXPECT_EQ(block(e, Place::kMaster, BlockId::kSdcv).contained, sdcv);
     EXPECT_FALSE(block(e, Place::kSlave, BlockId::kCdob).contained);
+    EXPECT_TRUE(block(e, Place::kSlave, BlockId::kGuard).contained);
+    EXPECT_FALSE(block(e, Place::kMaster, BlockId::kGuard).contained);
   }
 }
 

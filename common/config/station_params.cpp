@@ -9,6 +9,7 @@ namespace farhand {
 namespace {
 
 constexpr double kStiffestHand = 30;   // N m/rad; a finger joint has up to 10
+constexpr double kStiffestGrasp = 60;  // N m/rad; a rigid thing behind the pulp of a fingertip, 10 N/mm at 80 mm
 constexpr double kFinestCount = 1e-4;  // rad; what is finer tells nothing more of an axis that shakes by that much
 
 DriveParams drive_params(const scene::Scene& scene, const scene::Axis& axis) {
@@ -95,7 +96,7 @@ PlausibilityParams plausibility_params(const scene::Scene& scene, const DrivePar
       std::max({kStiffestHand, 2 * slave.hand().stiffness_nm_per_rad(), 2 * slave.wall().stiffness_nm_per_rad()});
   p.inertia = 2 * std::max(drive.model.J_n, is_elastic ? elastic.j_joint_kgm2() : motor.j_kgm2());
   // The loop itself holds the axis like a spring of K_p/K_f; without a force gain nothing moves it for good.
-  p.stiffness = std::max({kStiffestHand, p.hand_stiffness, 2 * drive.K.K_p / std::max(drive.K.K_f, 1e-9)});
+  p.stiffness = std::max({kStiffestGrasp, p.hand_stiffness, 2 * drive.K.K_p / std::max(drive.K.K_f, 1e-9)});
   p.damping = 2 * std::max(slave.hand().damping_nms_per_rad(), slave.wall().damping_nms_per_rad());
   p.friction =
       2 * std::max({drive.model.coulomb, dry, has_bristle ? bristle.f_s_nm() : 0.0}) + 0.01 * drive.gate.torque;

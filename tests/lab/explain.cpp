@@ -123,6 +123,15 @@ class Builder {
     }
     has(place, BlockId::kBlend, "blend", "nothing jumps when the side engages, holds or lets go");
     has(place, BlockId::kEngagement, "engagement", "nothing moves before the operator engages");
+    if (place == Place::kSlave) {
+      const scene::Limits& l = s_.slave().limits();
+      has(place, BlockId::kGuard, "guard",
+          say("gives the hand at most ", l.power_w(), " W and ", l.energy_j_per_min(),
+              " J/min, refuses readings that cannot be, holds what shakes with more than ",
+              s_.slave().shaking_limit_rad_s(), " rad/s"));
+    } else {
+      lacks(place, BlockId::kGuard, "guard", "stands on the patient's side only");
+    }
     has(place, BlockId::kReceiver, "receiver and play-out",
         "the peer's packets, put in order and shown at one steady delay");
   }

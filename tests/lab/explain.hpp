@@ -24,6 +24,7 @@ enum class BlockId : std::uint8_t {
   kReferenceGate,
   kBlend,
   kEngagement,
+  kGuard,
   kReceiver,
   kPlayoutDepth,
   kCodec,

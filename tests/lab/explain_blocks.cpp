@@ -6,6 +6,7 @@
 #include "common/control/sdcv.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/scene/blend.hpp"
+#include "common/scene/patient_guard.hpp"
 #include "common/signal/derivative.hpp"
 #include "tests/lab/measure.hpp"
 
@@ -100,6 +101,19 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
         inputs.peer_alive = true;
         inputs.peer = static_cast<StationState>(in.rows[k].state);
         keep(engagement.step(static_cast<Nanoseconds>(k) * from_seconds(d.dt_s), inputs));
+      });
+    }
+    case BlockId::kGuard: {
+      PatientGuard<1> guard(p.guard, d);
+      Motion<1> followed;
+      return each_tick(in, [&](std::size_t k) {
+        const GuardVerdict verdict = guard.step({.local = local(in, k),
+                                                 .reference = followed,
+                                                 .torque = Joints<1>(in.rows[k].command_nm),
+                                                 .driven = true,
+                                                 .engaged = true});
+        followed = guard.allow(local(in, k), remote(in, k), verdict.gain);
+        keep(followed);
       });
     }
     default:

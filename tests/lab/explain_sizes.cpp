@@ -10,6 +10,7 @@
 #include "common/observer/rtob.hpp"
 #include "common/runtime/side_of.hpp"
 #include "common/scene/blend.hpp"
+#include "common/scene/patient_guard.hpp"
 #include "common/signal/derivative.hpp"
 #include "slave/emulator_params.hpp"
 #include "tests/lab/explain_link.hpp"
@@ -46,6 +47,8 @@ std::size_t size_of(const Block& block) {
       return sizeof(Blend<1>);
     case BlockId::kEngagement:
       return sizeof(Engagement);
+    case BlockId::kGuard:
+      return sizeof(PatientGuard<1>);
     case BlockId::kReceiver:
       return sizeof(Receiver<1>);
     case BlockId::kCodec:

@@ -69,7 +69,7 @@ void add_orthosis(Catalogue& all) {
   // Of a hand that is pressed only what the observers make of the noise goes round, until the host sees no angle
   // follow.
   all.add("joint encoder frozen", {At::kContact}, once([](O& o) { o.joint_encoder().frozen = true; }), [&](At at) {
-    return with_master(broken(Reason::kEncoderFrozen, 400, Remedy::kRepair)(at), Reason::kPeerFault);
+    return with_master(broken(Reason::kEncoderFrozen, 900, Remedy::kRepair)(at), Reason::kPeerFault);
   });
   all.add("motor encoder frozen", {At::kContact}, once([](O& o) { o.motor_encoder().frozen = true; }),
           broken(spring, 250, Remedy::kRepair));
@@ -151,7 +151,7 @@ void add_encoders(Catalogue& all) {
   };
   all.add("slave's encoder frozen", {At::kFree}, freeze, wrong(Reason::kEncoderFrozen, 4));
   // Of a hand that is pressed or held little moves, and it shows later.
-  all.add("slave's encoder frozen", {At::kContact, At::kHolding}, freeze, wrong(Reason::kEncoderFrozen, 400));
+  all.add("slave's encoder frozen", {At::kContact, At::kHolding}, freeze, wrong(Reason::kEncoderFrozen, 900));
   all.add("slave's encoder frozen", {At::kReady}, freeze, rides);
   for (auto k = first; k < all.rows.size(); ++k) all.rows[k].direct = true;
 
