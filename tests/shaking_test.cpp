@@ -152,5 +152,40 @@ TEST(NightlyGuard, SaysNothingOfAnyNetworkAndEncoder) {
   }
 }
 
+// Grips, hands, force gains and delays: where the hand comes to rest without a guard, the guard says nothing.
+TEST(NightlyGuard, SaysNothingOfWhateverIsStable) {
+  int stable = 0, swinging = 0, acted = 0;
+  for (const char* scene : {"zero_delay", "four_channel", "four_channel_cdob", "four_channel_cdob_sdcv",
+                            "sea_four_channel", "sea_four_channel_cdob", "sea_four_channel_cdob_sdcv"}) {
+    const bool elastic = scene[0] == 's';
+    for (const char* grip : {"LIGHT", "NORMAL", "FIRM"}) {
+      for (const char* hand : {"0.5", "2", "5", "10"}) {
+        for (const char* K_f : {"50", "125", "250", "500"}) {
+          for (const char* delay : {"0.02", "0.1", "0.3"}) {
+            if (elastic && K_f[0] != '1' && K_f[0] != '5') continue;
+            Sets sets{std::string("master.therapist.grip=") + grip,
+                      std::string("slave.hand.stiffness_nm_per_rad=") + hand,
+                      std::string("control.K_f_per_kgm2=") + K_f,
+                      std::string("network.forward.delay_s=") + delay,
+                      std::string("network.backward.delay_s=") + delay,
+                      "operator_acts[0].at_s=0.8"};
+            const Shaken with = run(scene, sets);
+            sets.push_back("slave.shaking_limit_rad_s=100");
+            const Shaken without = run(scene, sets);
+            EXPECT_EQ(with.others + without.others, 0) << name_of(with.reason);
+            const bool rests = without.high - without.low < 5e-3;
+            (rests ? stable : swinging)++;
+            acted += !rests && with.lowered_s > 0;
+            if (rests) {
+              EXPECT_LT(with.lowered_s, 0) << "at most " << without.most;
+            }
+          }
+        }
+      }
+    }
+  }
+  std::printf("%d come to rest, %d do not, of which the guard acts on %d\n", stable, swinging, acted);
+}
+
 }  // namespace
 }  // namespace farhand

@@ -110,6 +110,7 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
         const GuardVerdict verdict = guard.step({.local = local(in, k),
                                                  .reference = followed,
                                                  .torque = Joints<1>(in.rows[k].command_nm),
+                                                 .device = {},
                                                  .driven = true,
                                                  .engaged = true});
         followed = guard.allow(local(in, k), remote(in, k), verdict.gain);
