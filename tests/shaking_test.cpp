@@ -152,7 +152,8 @@ TEST(NightlyGuard, SaysNothingOfAnyNetworkAndEncoder) {
   }
 }
 
-// Grips, hands, force gains and delays: where the hand comes to rest without a guard, the guard says nothing.
+// Grips, hands, force gains up to 1/J_n and delays: where the hand comes to rest without a guard, the guard says
+// nothing.
 TEST(NightlyGuard, SaysNothingOfWhateverIsStable) {
   int stable = 0, swinging = 0, acted = 0;
   for (const char* scene : {"zero_delay", "four_channel", "four_channel_cdob", "four_channel_cdob_sdcv",
@@ -160,9 +161,9 @@ TEST(NightlyGuard, SaysNothingOfWhateverIsStable) {
     const bool elastic = scene[0] == 's';
     for (const char* grip : {"LIGHT", "NORMAL", "FIRM"}) {
       for (const char* hand : {"0.5", "2", "5", "10"}) {
-        for (const char* K_f : {"50", "125", "250", "500"}) {
+        for (const char* K_f : {"50", "125", "250"}) {
           for (const char* delay : {"0.02", "0.1", "0.3"}) {
-            if (elastic && K_f[0] != '1' && K_f[0] != '5') continue;
+            if (elastic && K_f[0] == '2') continue;
             Sets sets{std::string("master.therapist.grip=") + grip,
                       std::string("slave.hand.stiffness_nm_per_rad=") + hand,
                       std::string("control.K_f_per_kgm2=") + K_f,
