@@ -135,7 +135,7 @@ Judgement judge(const Session& session, const scene::Scene& scene, const Metrics
   above("overruns", true, kOverrunLimit, 100, "Ticks that took longer than their period:", " %");
   if (metrics.number("held_s") > 0) {
     degraded.push_back("A side held for " + three_digits(metrics.number("held_s")) +
-                       " s for want of its peer or its device.");
+                       " s without its operator's asking; the events say why.");
   }
 
   Judgement out;

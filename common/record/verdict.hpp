@@ -19,7 +19,7 @@ struct Judgement {
 };
 
 // Failed: a fault, never engaged, unstable where stability is judged. Degraded: a limit of the scene exceeded, more
-// than 1 % of the ticks overrun, a side held for want of its peer, a recording that ends early.
+// than 1 % of the ticks overrun, a side held without its operator's asking, a recording that ends early.
 Judgement judge(const Session& session, const scene::Scene& scene, const Metrics& metrics);
 
 // Time during which a side held after it had been engaged. A hold that the operator asked for does not count, nor one
