@@ -23,8 +23,8 @@ struct Options {
 
 class EmulatorLoop {
  public:
-  EmulatorLoop(OrthosisOnSerial& orthosis, Pty& pty, Recorder* recorder)
-      : orthosis_(orthosis), pty_(pty), recorder_(recorder) {}
+  EmulatorLoop(OrthosisOnSerial& orthosis, Pty& pty, PatientButtons& buttons, Recorder* recorder)
+      : orthosis_(orthosis), pty_(pty), buttons_(buttons), recorder_(recorder) {}
 
   bool operator()(const TickTime& time) noexcept {
     if (time.stopping) return false;
@@ -72,8 +72,8 @@ class EmulatorLoop {
 
   OrthosisOnSerial& orthosis_;
   Pty& pty_;
+  PatientButtons& buttons_;
   Recorder* recorder_;
-  PatientButtons buttons_;
   Nanoseconds now_ = 0;
   std::uint64_t stalls_ = 0, stalled_ms_ = 0;
 };
@@ -98,12 +98,13 @@ int run(const Options& options) {
   require_recordable(options.record);
   Pty pty(options.link);
   const StopSignals stop;
+  PatientButtons buttons;  // before anybody can know where to send its signals: unheard they would end the program
   std::printf("serial %s\n", options.link.c_str());
   std::fflush(stdout);
   if (!wait_for_host(pty, stop)) return kExitStopped;
 
   const std::unique_ptr<Recorder> recorder = start_recorder(options.record, loaded, "mcu");
-  EmulatorLoop loop(orthosis, pty, recorder.get());
+  EmulatorLoop loop(orthosis, pty, buttons, recorder.get());
   const RunStats stats = farhand::run(loop_params(loaded.scene, kMillisecond, stop), loop);
   StationCounters counters;
   counters.ticks = stats.ticks;

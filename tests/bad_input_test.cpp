@@ -229,6 +229,15 @@ TEST(Ending, ASignalStopsEveryProgramWhileItWaits) {
   EXPECT_FALSE(std::filesystem::is_symlink(scratch / "line"));
 }
 
+// Its buttons are signals, which end a program that does not listen to them yet.
+TEST(Ending, TheMcuOutlivesThePatientsButtonsWhileItWaitsForItsHost) {
+  ScratchDirectory scratch;
+  ChildProcess mcu({path_of(Program::kMcu), "--scene", "demo", "--link", (scratch / "line").string()});
+  EXPECT_NE(mcu.read_line(), "");
+  for (const int signal : {SIGUSR1, SIGUSR2, SIGTERM}) mcu.send_signal(signal);
+  EXPECT_EQ(mcu.wait(), 130) << mcu.err();
+}
+
 // In mid-session, both stations at once and twice, as a hurried hand at the keyboard does.
 TEST(Ending, ASignalBringsBothStationsToRestWithCompleteRecordings) {
   for (const int signal : {SIGINT, SIGTERM}) {
