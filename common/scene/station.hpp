@@ -158,11 +158,12 @@ class Station {
     return own_motion();
   }
 
-  // While the leader aligns, the peer's device may come back from elsewhere (its cable was out): what no axis does
-  // within a tick is faded in like any other change of source.
+  // While the leader aligns, the peer's device may come back from elsewhere (its cable was out), and what is shown of
+  // it may still jump in time: a step that its own velocity does not explain is faded in like any other change of
+  // source.
   bool leapt(const Motion<N>& source, int ticks) const noexcept {
     return trace_.state == StationState::kAligning &&
-           ((source.x - x_source_).abs() > kLeap + 3.0 * dt_s_ * ticks * source.v.abs()).any();
+           ((source.x - x_source_).abs() > kLeap + 1.25 * dt_s_ * ticks * source.v.abs()).any();
   }
 
   void fill(Packet<N>& packet, Nanoseconds now) noexcept {

@@ -184,7 +184,7 @@ class Station {
   }
   bool leapt(const Motion<1>& source, int ticks) const noexcept {
     return trace_.state == StationState::kAligning &&
-           ((source.x - x_source_).abs() > 1e-3 + 3.0 * p_.drive.dt_s * ticks * source.v.abs()).any();
+           ((source.x - x_source_).abs() > 1e-3 + 1.25 * p_.drive.dt_s * ticks * source.v.abs()).any();
   }
   void fill(Packet<1>& packet, Nanoseconds now) noexcept {
     packet.session = p_.session;

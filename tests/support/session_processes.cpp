@@ -57,6 +57,19 @@ std::vector<std::string> SessionProcesses::command(Program program) const {
   return all;
 }
 
+namespace {
+
+bool holds_a_terminal(pid_t pid) {
+  std::error_code gone;  // the process, or a file that it closed meanwhile
+  std::filesystem::directory_iterator file("/proc/" + std::to_string(pid) + "/fd", gone);
+  for (; file != end(file); file.increment(gone)) {
+    if (std::filesystem::read_symlink(*file, gone).string().starts_with("/dev/pts/")) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 void SessionProcesses::start(Program program) {
   ++starts_[index(program)];
   std::vector<std::string> environment;
@@ -72,7 +85,11 @@ void SessionProcesses::start(Program program) {
   }
   auto& child = children_[index(program)];
   child = std::make_unique<ChildProcess>(command(program), environment);
-  if (program == Program::kSlave) return;  // it listens nowhere
+  if (program == Program::kSlave) {
+    // It listens nowhere; it is up once it holds its serial line, which somebody may pull out from then on.
+    comes_true([&] { return !child->running() || holds_a_terminal(child->pid()); });
+    return;
+  }
   const std::string line = child->read_line();
   const std::string expected = program == Program::kMcu ? "serial " : "listening ";
   if (!line.starts_with(expected)) {
