@@ -71,9 +71,9 @@ TEST(GuardedReadings, ADeviceThatComesBackElsewhereIsNoJump) {
 TEST(GuardedReadings, AReadingThatIsRepeatedIsNoJumpAfterwards) {
   Box box;
   box.run(100);
-  box.sensed.fresh = false;
+  box.sensed.periods = 0;
   box.run(20);
-  box.sensed.fresh = true;
+  box.sensed.periods = 1;
   box.sensed.x[0] += 0.02;  // 1 rad/s
   box.tick();
   EXPECT_EQ(box.state(), S::kReady);

@@ -34,7 +34,7 @@ TEST_P(EitherWay, JumpIsWhatTopAccelerationDoesNotReach) {
       Plausibility joint(kJoint);
       joint.step({0});
       joint.step({0});
-      EXPECT_EQ(joint.step({GetParam() * jump}, true, ticks), jump > reach ? Implausible::kJump : Implausible::kNo);
+      EXPECT_EQ(joint.step({GetParam() * jump}, 1, ticks), jump > reach ? Implausible::kJump : Implausible::kNo);
     }
   }
 }
@@ -42,7 +42,7 @@ TEST_P(EitherWay, JumpIsWhatTopAccelerationDoesNotReach) {
 TEST(Plausibility, AReadingThatIsRepeatedHasTheTimeOfAllItsTicks) {
   Plausibility joint(kJoint);
   joint.step({0});
-  for (int k = 0; k < 30; ++k) EXPECT_EQ(joint.step({0}, false), Implausible::kNo);
+  for (int k = 0; k < 30; ++k) EXPECT_EQ(joint.step({0}, 0), Implausible::kNo);
   EXPECT_EQ(joint.step({0.1}), Implausible::kNo);
   EXPECT_EQ(joint.step({0.2}), Implausible::kJump);
 }
@@ -107,6 +107,20 @@ TEST_P(EitherWay, FrozenIsWhatWouldHaveYieldedByTwoCounts) {
     const double needed = 2 * p.resolution * p.inertia / (1e-6 * df);
     EXPECT_EQ(n, static_cast<int>(std::floor((std::sqrt(1 + 8 * needed) - 1) / 2))) << df;
     EXPECT_EQ(joint.step({0.1, observer.step(tau)[0]}), Implausible::kNo) << "judged anew";
+  }
+}
+
+// A serial adapter keeps frames back and then hands them over at once: what lies between two readings is what the
+// device counted, not what passed between their arrivals.
+TEST(Plausibility, ALateReadingAndTheNextInTimeAreNoJump) {
+  constexpr double kWay = 2e-3;  // rad in a period
+  for (const int counted : {1, 8}) {
+    Plausibility joint(kJoint);
+    int k = 0;
+    for (; k < 40; ++k) ASSERT_EQ(joint.step({kWay * k}), Implausible::kNo);
+    for (int late = 0; late < 7; ++late) ASSERT_EQ(joint.step({kWay * (k - 1)}, 0), Implausible::kNo);
+    ASSERT_EQ(joint.step({kWay * k}), Implausible::kNo) << "one, seven periods late";
+    EXPECT_EQ(joint.step({kWay * (k + 8)}, counted), counted == 1 ? Implausible::kJump : Implausible::kNo);
   }
 }
 

@@ -30,7 +30,7 @@ class McuAxis {
   // nobody looked at for longer than the serial timer: what waits in the line then is of unknown age.
   Io::Sensed read(double t_s) noexcept {
     std::array<std::uint8_t, 64> bytes;
-    sensed_.fresh = false;
+    sensed_.periods = 0;
     for (int burst = 0; burst < kBursts; ++burst) {
       const std::size_t n = port.read(bytes, t_s);
       for (std::size_t i = 0; i < n; ++i) {
@@ -91,11 +91,11 @@ class McuAxis {
   void take(const mcu::Telemetry& telemetry, double t_s) noexcept {
     // A line that repeats its last frame has no MCU behind it.
     if (heard_ && telemetry.seq == telemetry_seq_) return;
+    sensed_.periods += heard_ ? (telemetry.seq - telemetry_seq_) & 63 : 1;
     telemetry_seq_ = telemetry.seq;
     ++counters_.received;
     heard_ = true;
     heard_s_ = t_s;
-    sensed_.fresh = true;
     state_ = telemetry.state;
     sensed_.x[0] = mcu::angle_rad(telemetry);
     sensed_.f[0] = mcu::torque_nm(telemetry);

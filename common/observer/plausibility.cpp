@@ -29,11 +29,12 @@ Plausibility::Plausibility(const PlausibilityParams& p) noexcept
       gone_on_{p.least_inertia, p.hand_stiffness, critical(p.hand_stiffness, p.least_inertia)},
       yielded_{p.inertia, p.stiffness, std::max(p.damping, critical(p.stiffness, p.inertia))} {}
 
-Implausible Plausibility::step(const Reading& now, bool fresh, int ticks) noexcept {
+Implausible Plausibility::step(const Reading& now, int periods, int ticks) noexcept {
   // A count of missed ticks has no bound; a second is as good as any longer time.
-  waited_ = std::min(waited_ + ticks, static_cast<int>(1.0 / p_.dt_s));
-  if (!fresh) return Implausible::kNo;
-  const Implausible verdict = judge(now, waited_);
+  const int second = static_cast<int>(1.0 / p_.dt_s);
+  waited_ = std::min(waited_ + ticks, second);
+  if (periods == 0) return Implausible::kNo;
+  const Implausible verdict = judge(now, std::max(waited_, std::min(periods, second)));
   note(now);
   waited_ = 0;
   if (verdict != Implausible::kNo) reset();

@@ -58,9 +58,10 @@ class Plausibility {
     double f = 0.0;    // N m, reaction torque as observed
     double tau = 0.0;  // N m, held since the last reading; 0 where it is not known
   };
-  // fresh: a new reading, not the last one again. ticks: periods since the last call. After anything but kNo all is
-  // judged anew from the next reading.
-  Implausible step(const Reading& now, bool fresh = true, int ticks = 1) noexcept;
+  // periods: of the device since the reading before; 0: that one again. ticks: of this side since the last call. What
+  // lies between two readings is the larger: one that came late and the next in time are further apart than their
+  // arrivals. After anything but kNo all is judged anew from the next reading.
+  Implausible step(const Reading& now, int periods = 1, int ticks = 1) noexcept;
 
   // The next reading may be anywhere: the device was away.
   void reset() noexcept { seen_ = 0; }
@@ -90,7 +91,7 @@ class Plausibility {
   int span_;              // ticks over which a speed is taken
   double a_;              // of the observer's low-pass
   int seen_ = 0;          // readings since the start: of the first nothing is known, of the second not its speed
-  int waited_ = 0;        // periods since the last fresh reading
+  int waited_ = 0;        // ticks since the last new reading
   double speed_[2] = {};  // largest of this stretch of kMemory ticks, and of the one before
   int in_stretch_ = 0;
   int still_ = 0;  // ticks for which the reading stood

@@ -28,7 +28,7 @@ struct DirectIo {
   struct Sensed {
     Joints<N> x = Joints<N>::Zero();  // rad
     bool valid = true;                // false: the device cannot be read
-    bool fresh = true;                // false: the last reading again
+    int periods = 1;                  // of the device, since the reading before; 0: that one again
     DeviceReadings device = {};
     bool finite() const noexcept { return x.allFinite(); }
   };
@@ -44,7 +44,7 @@ struct ReferenceIo {
     Joints<N> x = Joints<N>::Zero();  // rad
     Joints<N> f = Joints<N>::Zero();  // reaction, N m
     bool valid = false;               // false: no fresh telemetry, or the device is in a fault
-    bool fresh = true;                // false: the last reading again
+    int periods = 1;                  // of the device, since the reading before; 0: that one again
     bool at_rest = true;              // the device says that it follows nothing
     DeviceReadings device = {};
     bool finite() const noexcept { return x.allFinite() && f.allFinite(); }

@@ -63,7 +63,7 @@ void PatientGuard<N>::watch(const GuardInputs<N>& in, GuardVerdict& verdict) noe
     auto& [plausibility, oscillation] = joints_[static_cast<std::size_t>(i)];
     if (in.valid && in.continues) {
       const double tau = in.gives_torque ? in.torque[i] : 0.0;
-      const Implausible found = plausibility.step({in.local.x[i], in.local.f[i], tau}, in.fresh, in.ticks);
+      const Implausible found = plausibility.step({in.local.x[i], in.local.f[i], tau}, in.periods, in.ticks);
       if (found == Implausible::kRange) verdict.fault = Reason::kOutOfRange;
       if (found == Implausible::kJump) verdict.fault = Reason::kEncoderJump;
       if (found == Implausible::kFrozen) verdict.fault = Reason::kEncoderFrozen;

@@ -44,7 +44,7 @@ struct GuardInputs {
   DeviceReadings device;                 // slow readings, where the device has them
   bool driven = false, engaged = false;  // since the last tick
   bool valid = true;                     // the device was read; else local is of an earlier tick
-  bool fresh = true;                     // and this is a new reading
+  int periods = 1;                       // of the device, since the reading before; 0: that one again
   bool continues = true;                 // its angle is known, and counts from where that of the last tick did
   int ticks = 1;                         // periods since the last
 };

@@ -89,7 +89,7 @@ class Station {
                              .driven = asks_of(trace_.state) == Asks::kMotion,
                              .engaged = trace_.state == StationState::kEngaged,
                              .valid = was_usable_,
-                             .fresh = sensed.fresh,
+                             .periods = sensed.periods,
                              .continues = continues && engagement_.knows_angle(),
                              .ticks = ticks});
   }
