@@ -140,7 +140,8 @@ class Scan {
     const auto time = cursor.take<std::uint64_t>();
     cursor.take<std::uint64_t>();
     const auto known = channels_.find(id);
-    if (!cursor.ok() || known == channels_.end()) return false;
+    // A time beyond 2262 would be one before 1970 to those who count it with a sign.
+    if (!cursor.ok() || known == channels_.end() || time >> 63 != 0) return false;
     if (!deliver) return true;
     ++found_.messages;
     on_message_({known->second, found_.chunks, static_cast<std::int64_t>(time), cursor.rest()});
