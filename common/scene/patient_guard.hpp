@@ -103,7 +103,6 @@ class PatientGuard {
 
   static constexpr double kFade = 0.0262;  // rad
   GateParams gate_;
-
   double K_tn_, dt_s_;
   DoseLimits dose_;
   double shaking_limit_;

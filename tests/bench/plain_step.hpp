@@ -4,6 +4,7 @@
 // one (tests/lab/bare_loop.hpp).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstdint>

@@ -71,7 +71,8 @@ void receive(Receiver<1>& receiver, const Packet<1>& packet, Nanoseconds now) {
   require(next.motion.finite(), "what is shown is finite");
   require(next.depth >= 0, "nothing is shown before it came");
   // Where it does not, the station is told to let go of what it believed.
-  const bool same = receiver.counters().sessions == sessions && shown.any && !receiver.take_lapse();
+  const bool told = receiver.take_lapse();
+  const bool same = receiver.counters().sessions == sessions && shown.any && !told;
   require(!same || next.content_time >= shown.content_time, "time runs forward within a session");
 }
 
