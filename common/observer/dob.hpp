@@ -18,7 +18,8 @@ class Dob {
   Dob(double J_n, Cutoff g, double dt_s) : gain_(J_n * g.rad_s()), filter_(g, dt_s) {}
 
   // tau_applied: torque held since the last step, N m. v: velocity now, rad/s. Returns tau_dis, N m.
-  const Joints<N>& step(const Joints<N>& tau_applied, const Joints<N>& v) noexcept {
+  // Inlined by order: a call of so few operations is a twentieth of a tick.
+  [[gnu::always_inline]] const Joints<N>& step(const Joints<N>& tau_applied, const Joints<N>& v) noexcept {
     tau_dis_ = filter_.step(tau_applied + gain_ * v) - gain_ * v;
     return tau_dis_;
   }

@@ -17,7 +17,8 @@ class Rtob {
   Rtob(const AxisModel& model, Cutoff g, double dt_s) : model_(model), observer_(model.J_n, g, dt_s) {}
 
   // x, v: position and velocity now. tau_applied: torque held since the last step. Returns f, N m.
-  const Joints<N>& step(const Joints<N>& tau_applied, const Joints<N>& x, const Joints<N>& v) noexcept {
+  [[gnu::always_inline]] const Joints<N>& step(const Joints<N>& tau_applied, const Joints<N>& x,
+                                               const Joints<N>& v) noexcept {
     weight_ = model_.gravity_load<N>(x);
     return observer_.step(tau_applied - model_.known_load<N>(weight_, v), v);
   }

@@ -15,6 +15,7 @@ namespace {
 // numbers of events.
 constexpr double kLeft = 76, kRight = 64, kTop = 48, kBottom = 40;
 constexpr double kTitleLine = 12, kWindowLine = 30, kEventLine = 44;
+constexpr double kUpperLegend = 26, kLowerLegend = 40;
 constexpr double kLetter = 6.2, kTitleLetter = 7.6;  // mean width of a letter
 constexpr double kLaneHeight = 22;
 
@@ -365,12 +366,14 @@ std::string Plot::legend() const {
     if (!s.label.empty()) width += width_of(s);
   }
   const bool beside = kTitleLetter * static_cast<double>(title_.size()) + width < width_ - kLeft - kRight;
-  double line = beside ? kTitleLine : kWindowLine;
-  double left = std::max(2.0, width_ - kRight - width + kBetween);
+  constexpr double kMargin = 2;
+  const bool one_line = kMargin + width - kBetween <= width_;
+  double line = beside ? kTitleLine : one_line ? kWindowLine : kUpperLegend;
+  double left = std::max(kMargin, width_ - kRight - width + kBetween);
   std::string out;
   for (const Series& s : series_) {
     if (s.label.empty()) continue;
-    if (left + width_of(s) - kBetween > width_ && line == kWindowLine) line = kEventLine, left = 2;
+    if (left + width_of(s) - kBetween > width_ && line == kUpperLegend) line = kLowerLegend, left = kMargin;
     const double middle = line - 4;
     const Look ink = look(s.ink);
     const bool solid = s.filled && (s.kind == Kind::kBars || s.kind == Kind::kRange);

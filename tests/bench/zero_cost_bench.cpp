@@ -21,6 +21,29 @@ void run_whole(Station<S>& station) {
   });
 }
 
+template <int Copy>
+void run_cut(cut::Station<Copy>& station) {
+  through(station, recorded().session.master, recorded().arrivals, [&](Nanoseconds now, const StationSample& row) {
+    benchmark::DoNotOptimize(station.tick(now, Joints<1>(row.x_rad), true, act_at(row), 1));
+  });
+}
+
+// How far from 1 two copies of the same code are, which lie at different places: the noise of what follows.
+void station_twice(benchmark::State& state) {
+  const Recorded& r = recorded();
+  compare(
+      state, r.session.master.size(),
+      [&] {
+        alignas(64) cut::Station<1> station(cut::params_of(r.params));
+        run_cut(station);
+      },
+      [&] {
+        alignas(64) cut::Station<0> station(cut::params_of(r.params));
+        run_cut(station);
+      });
+}
+BENCHMARK(station_twice)->Iterations(kPairs)->UseManualTime();
+
 // Plain four channels among the architectures, beside a station that knows no other.
 void station_without_cdob_sdcv_weight_friction(benchmark::State& state) {
   const Recorded& r = recorded();
@@ -31,10 +54,8 @@ void station_without_cdob_sdcv_weight_friction(benchmark::State& state) {
         run_whole(station);
       },
       [&] {
-        alignas(64) cut::Station station(cut::params_of(r.params));
-        through(station, r.session.master, r.arrivals, [&](Nanoseconds now, const StationSample& row) {
-          benchmark::DoNotOptimize(station.tick(now, Joints<1>(row.x_rad), true, act_at(row), 1));
-        });
+        alignas(64) cut::Station<0> station(cut::params_of(r.params));
+        run_cut(station);
       });
 }
 BENCHMARK(station_without_cdob_sdcv_weight_friction)->Iterations(kPairs)->UseManualTime();
