@@ -113,7 +113,7 @@ class Story : public testing::Test {
   void begin(const std::vector<std::string>& sets = {}) {
     session_ = std::make_unique<SessionProcesses>(scratch_.path(),
                                                   SessionOptions{(scratch_ / "story.txtpb").string(), sets, {}, {}});
-    ASSERT_TRUE(works()) << "never came to work";
+    ASSERT_TRUE(works()) << "never came to work" << what_it_said();
   }
 
   // The operator engages until the patient's hand follows.
@@ -132,6 +132,27 @@ class Story : public testing::Test {
       took_s_ = to_seconds(since - engaging);
       return true;
     });
+  }
+
+  // What each program has recorded as events and said on its error stream.
+  std::string what_it_said() {
+    std::string out;
+    for (const Program program : kPrograms) {
+      const Recorded recorded = session_->recorded(program);
+      out += std::string("\n") + role_of(program) + ((*session_)[program].running() ? ", running" : ", ended");
+      for (const record::Event& event : recorded.events) {
+        out += "\n  " + std::to_string(to_seconds(event.t_ns())) + " s " + event.text();
+      }
+      for (const Series* rows : {&recorded.master, &recorded.slave}) {
+        if (rows->empty()) continue;
+        const auto& [t, row] = rows->back();
+        out += "\n  " + std::to_string(to_seconds(t)) +
+               " s, last tick: " + name_of(static_cast<StationState>(row.state)) + ", x " + std::to_string(row.x_rad) +
+               " rad, remote x " + std::to_string(row.remote_x_rad) + " rad, tick of " + std::to_string(rows->size());
+      }
+      out += "\n" + (*session_)[program].err();
+    }
+    return out;
   }
 
   bool comes_to_say(Program program, const std::string& text) {
@@ -162,7 +183,7 @@ class Story : public testing::Test {
   }
 
   void expect_back_at_work() {
-    ASSERT_TRUE(works()) << "did not come back to work";
+    ASSERT_TRUE(works()) << "did not come back to work" << what_it_said();
     EXPECT_LE(took_s_, 3.0);
   }
 

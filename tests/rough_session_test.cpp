@@ -80,28 +80,47 @@ class Findings {
         "recorded %zu s of the patient's side, %.0f %% engaged; most torque %.3f N m, most speed %.2f rad/s, in the "
         "spring at rest %.3f N m; largest jump %.3f mrad (master), %.3f mrad (slave)\n",
         slave_rows_ / 1000, 100.0 * static_cast<double>(engaged_rows_) / static_cast<double>(slave_rows_ + 1), torque_,
-        speed_, resting_, 1e3 * largest_jump_[0], 1e3 * largest_jump_[1]);
+        speed_, resting_, 1e3 * largest_jump_[0].rad, 1e3 * largest_jump_[1].rad);
     EXPECT_GT(slave_rows_, 1000u);
     EXPECT_LE(torque_, kTorqueLimit);
     EXPECT_LE(resting_, kResting);
-    EXPECT_LE(largest_jump_[0], kJump);
-    EXPECT_LE(largest_jump_[1], kJump);
+    for (const Jump& jump : largest_jump_) EXPECT_LE(jump.rad, kJump) << jump.ticks;
     EXPECT_EQ(against, 0u) << "the orthosis tracked although its station did not drive it";
     for (const Nanoseconds last : last_engaged_) EXPECT_GT(last, last_mishap) << "never came back to work";
   }
 
  private:
   using Tick = std::pair<Nanoseconds, bool>;
-  static void station(const Recorded::Series<StationSample>& rows, double& largest) {
+  struct Jump {
+    double rad = 0;
+    std::string ticks;
+  };
+  static void station(const Recorded::Series<StationSample>& rows, Jump& largest) {
     for (std::size_t k = 2; k < rows.size(); ++k) {
       const StationSample &before = rows[k - 1].second, &now = rows[k].second;
       const bool changed = now.state != before.state || before.state != rows[k - 2].second.state;
       if (!driven(now.state) || (engaged(now) && !changed)) continue;
-      largest =
-          std::max(largest, unexplained_step(now.target_x_rad - before.target_x_rad,
-                                             to_seconds(rows[k].first - rows[k - 1].first),
-                                             {before.v_rad_s, now.v_rad_s, before.remote_v_rad_s, now.remote_v_rad_s}));
+      const double jump =
+          unexplained_step(now.target_x_rad - before.target_x_rad, to_seconds(rows[k].first - rows[k - 1].first),
+                           {before.v_rad_s, now.v_rad_s, before.remote_v_rad_s, now.remote_v_rad_s});
+      if (jump > largest.rad) largest = {jump, ticks_around(rows, k)};
     }
+  }
+  static std::string ticks_around(const Recorded::Series<StationSample>& rows, std::size_t k) {
+    std::string out;
+    for (std::size_t i = k < 4 ? 0 : k - 4; i < std::min(k + 3, rows.size()); ++i) {
+      const StationSample& row = rows[i].second;
+      char line[256];
+      std::snprintf(line, sizeof line,
+                    "\n%s %+.3f ms %-8s x %.5f v %.3f, remote x %.5f v %.3f, target x %.5f, play-out %.3f s, newest "
+                    "%.1f ms old",
+                    i == k ? "->" : "  ", 1e3 * to_seconds(rows[i].first - rows[k].first),
+                    name_of(static_cast<StationState>(row.state)), row.x_rad, row.v_rad_s, row.remote_x_rad,
+                    row.remote_v_rad_s, row.target_x_rad, row.playout_delay_s,
+                    1e3 * to_seconds(rows[i].first - row.newest_peer_arrival_ns));
+      out += line;
+    }
+    return out;
   }
   void orthosis(const Recorded::Series<McuSample>& rows) {
     constexpr int kTrack = 1, kTorque = 2;
@@ -122,7 +141,8 @@ class Findings {
 
   std::vector<Tick> slave_;
   std::vector<Nanoseconds> tracking_;
-  double largest_jump_[2] = {}, torque_ = 0, speed_ = 0, resting_ = 0;
+  Jump largest_jump_[2];
+  double torque_ = 0, speed_ = 0, resting_ = 0;
   Nanoseconds last_engaged_[2] = {};
   std::size_t slave_rows_ = 0, engaged_rows_ = 0;
 };

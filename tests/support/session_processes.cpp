@@ -100,6 +100,9 @@ void SessionProcesses::start(Program program) {
 }
 
 void SessionProcesses::kill(Program program) {
+  // As the system removes the node of a device that is pulled out. A link that outlives its emulator would lead its
+  // slave to whatever is given the number of the pseudo terminal next: the device of another session.
+  if (program == Program::kMcu) std::filesystem::remove(directory_ / "line");
   (*this)[program].send_signal(SIGKILL);
   (*this)[program].wait();
 }

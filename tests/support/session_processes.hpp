@@ -41,7 +41,7 @@ class SessionProcesses {
 
   // In the place of one that has ended: same address, same path, a recording of its own.
   void start(Program program);
-  void kill(Program program);  // SIGKILL, and waits for its end
+  void kill(Program program);  // SIGKILL, and waits for its end; with the MCU goes its device's path
 
   // What the newest start of the program has recorded so far. Empty series if there is nothing readable yet.
   Recorded recorded(Program program) const;
