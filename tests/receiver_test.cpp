@@ -113,6 +113,18 @@ TEST(Receiver, SequenceNumbersMayWrap) {
   EXPECT_EQ(receiver->counters().lost, 0u);
 }
 
+// The largest step forward that a number of 32 bits can make: a loop over what may have come in between has to end.
+TEST(Receiver, ASequenceNumberHalfWayRoundIsPlayedAtOnce) {
+  constexpr std::uint32_t kHalf = 0x7FFFFFFF;
+  const auto receiver = make_receiver();
+  for (std::uint32_t k = 1; k <= 3; ++k) {
+    const Nanoseconds now = k * kMillisecond;
+    ASSERT_EQ(receiver->accept(packet_at(1 + k * kHalf, now, k), now), Receipt::kAccepted);
+    ASSERT_EQ(receiver->play(now).motion.x[0], k);
+  }
+  EXPECT_EQ(receiver->counters().lost, 2 * (std::uint64_t{kHalf} - 1));
+}
+
 TEST(Receiver, ANewSessionStartsOverAndTheOldOneStaysOut) {
   const auto receiver = make_receiver();
   for (std::uint32_t k = 0; k < 2000; ++k) {

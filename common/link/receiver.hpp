@@ -182,10 +182,10 @@ class Receiver {
   // What was shown last serves as the left neighbour, so a packet that arrives in between bends the line and never
   // makes a step.
   void show(Nanoseconds content) noexcept {
-    const std::int32_t available = distance(newest_seq_, cursor_);
+    const std::int64_t available = distance(newest_seq_, cursor_);  // up to the largest that 32 bits hold
     const Slot* right = nullptr;
     const std::uint32_t from = cursor_;
-    for (std::int32_t i = std::max(1, available - kSlots + 1); i <= available; ++i) {
+    for (std::int64_t i = std::max<std::int64_t>(1, available - kSlots + 1); i <= available; ++i) {
       const std::uint32_t seq = from + static_cast<std::uint32_t>(i);
       const Slot& slot = ring_[seq % kSlots];
       if (!seen(seq) || !slot.playable) continue;

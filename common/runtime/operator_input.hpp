@@ -6,6 +6,7 @@
 #include <termios.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -15,6 +16,9 @@ namespace farhand {
 
 class OperatorInput {
  public:
+  // So many acts may wait for their ticks; more are dropped, and counted as not understood.
+  static constexpr std::size_t kWaiting = 32;
+
   // A terminal is set to give keys at once and without echo; it is restored at destruction. Ctrl-C stays a signal.
   explicit OperatorInput(int fd = 0);
   ~OperatorInput();
@@ -39,7 +43,7 @@ class OperatorInput {
   bool terminal_ = false;
   bool closed_ = false;
   termios before_{};
-  std::array<OperatorAct, 32> acts_{};  // not yet done
+  std::array<OperatorAct, kWaiting> acts_{};  // not yet done
   std::size_t acts_waiting_ = 0;
   std::array<char, 16> line_{};  // longer than the longest word; what does not fit is not understood
   std::size_t line_size_ = 0;
