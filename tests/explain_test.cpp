@@ -205,12 +205,15 @@ TEST(Explain, SaysOfEveryShippedSceneWhatItHasAndWhatItLeavesOut) {
 }
 
 TEST(Explain, BlocksAreThoseOfTheArchitecture) {
-  for (const auto& [architecture, cdob, sdcv] : {std::tuple{"FOUR_CHANNEL", false, false},
-                                                 {"FOUR_CHANNEL_CDOB", true, false},
-                                                 {"FOUR_CHANNEL_CDOB_SDCV", true, true}}) {
+  for (const auto& [architecture, cdob, sdcv, mediator] : {std::tuple{"FOUR_CHANNEL", false, false, false},
+                                                           {"FOUR_CHANNEL_CDOB", true, false, false},
+                                                           {"FOUR_CHANNEL_CDOB_SDCV", true, true, false},
+                                                           {"MODEL_MEDIATED", false, false, true}}) {
     const Explanation e = explained("four_channel", {std::string("architecture=") + architecture});
     EXPECT_EQ(block(e, Place::kMaster, BlockId::kCdob).contained, cdob);
     EXPECT_EQ(block(e, Place::kMaster, BlockId::kSdcv).contained, sdcv);
+    EXPECT_EQ(block(e, Place::kMaster, BlockId::kMediator).contained, mediator);
+    EXPECT_FALSE(block(e, Place::kSlave, BlockId::kMediator).contained);
     EXPECT_FALSE(block(e, Place::kSlave, BlockId::kCdob).contained);
     EXPECT_TRUE(block(e, Place::kSlave, BlockId::kGuard).contained);
     EXPECT_FALSE(block(e, Place::kMaster, BlockId::kGuard).contained);

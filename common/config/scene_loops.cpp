@@ -44,7 +44,10 @@ double reach(const scene::Scene& scene, const Contact& contact) {
 }  // namespace
 
 bool is_elastic(const scene::Scene& scene) { return scene.slave().device() == scene::SERIES_ELASTIC; }
-bool has_cdob(const scene::Scene& scene) { return scene.architecture() != scene::FOUR_CHANNEL; }
+bool has_cdob(const scene::Scene& scene) {
+  return scene.architecture() == scene::FOUR_CHANNEL_CDOB || scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV;
+}
+bool is_mediated(const scene::Scene& scene) { return scene.architecture() == scene::MODEL_MEDIATED; }
 bool has_sdcv(const scene::Scene& scene) { return scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV; }
 
 std::vector<Contact> contacts(const scene::Scene& scene) {

@@ -29,6 +29,7 @@ OrthosisLoop orthosis_loop(const scene::Scene& scene, const Contact& contact);
 
 bool is_elastic(const scene::Scene& scene);
 bool has_cdob(const scene::Scene& scene);
+bool is_mediated(const scene::Scene& scene);
 bool has_sdcv(const scene::Scene& scene);
 
 // Spectral radius of the slave's loop, whichever device it is.

@@ -126,6 +126,7 @@ StationParams master_station_params(const scene::Scene& scene, std::uint32_t ses
   StationParams p = station_params(scene, Role::kLeader, scene.master().axis(), session);
   if (scene.architecture() == scene::FOUR_CHANNEL_CDOB) p.architecture = Architecture::kCdob;
   if (scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV) p.architecture = Architecture::kCdobSdcv;
+  if (scene.architecture() == scene::MODEL_MEDIATED) p.architecture = Architecture::kMediated;
   return p;
 }
 

@@ -99,6 +99,7 @@ class Warner {
       judge("slave", radius(s_), is_elastic(s_) ? 1.0 / s_.slave().mcu().loop_hz() : s_.tick_s(), contact.name,
             side_knobs(false), radius);
     }
+    if (is_mediated(s_)) return;  // no loop goes around both
     if (!sides_rest || !(master_loop(s_).axis.k > 0.0) || !(s_.control().k_p_per_s2() > 0.0)) return;
     for (const Contact& contact : contacts(s_)) together(contact);
   }

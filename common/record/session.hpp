@@ -20,7 +20,7 @@ struct StationSample {
   double remote_x_rad = 0, remote_v_rad_s = 0, remote_f_nm = 0;  // the peer, as played out
   double target_x_rad = 0;                                       // position that the law follows
   double command_nm = 0;       // torque applied after all limits, or torque reference sent to the MCU
-  double x_cdob_rad = 0;       // compensation of the CDOB; 0 without one
+  double x_cdob_rad = 0;       // slave as predicted minus as received: by the CDOB or the mediator; 0 without one
   double alpha = 1;            // SDCV factor; 1 without one
   double playout_delay_s = 0;  // play-out over the fastest packet (buffer depth in force)
   double rtt_s = 0;            // newest round trip measured by echo

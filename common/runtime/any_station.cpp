@@ -36,6 +36,8 @@ std::unique_ptr<AnyStation<Io>> make_station(const StationParams& params) {
       return std::make_unique<StationOf<Io, FourChannelCdob<Drive>>>(params);
     case Architecture::kCdobSdcv:
       return std::make_unique<StationOf<Io, FourChannelCdobSdcv<Drive>>>(params);
+    case Architecture::kMediated:
+      return std::make_unique<StationOf<Io, FourChannelMediated<Drive>>>(params);
     case Architecture::kFourChannel:
       break;
   }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "common/control/cdob.hpp"
+#include "common/control/mediator.hpp"
 #include "common/control/sdcv.hpp"
 #include "common/scene/drive.hpp"
 #include "common/scene/tick_trace.hpp"
@@ -57,6 +58,21 @@ struct FourChannelCdobSdcv {
 };
 
 template <class D>
+struct FourChannelMediated {
+  using Drive = D;
+  static constexpr int N = D::kJoints;
+  explicit FourChannelMediated(const SceneParams& p) : drive(p.drive), mediator(p.drive.K, p.drive.dt_s) {}
+
+  Drive drive;
+  Mediator<N> mediator;
+  Joints<N> ahead = Joints<N>::Zero();  // the model, of the slave as received
+
+  void start(const Motion<N>& received) noexcept;
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept;
+  Compensation compensation() const noexcept { return {ahead[0], 1.0}; }
+};
+
+template <class D>
 void FourChannelCdob<D>::start(const Motion<N>& received) noexcept {
   cdob.reset(received);
 }
@@ -80,11 +96,26 @@ auto FourChannelCdobSdcv<D>::target(const Motion<N>& local, const Motion<N>& rec
   return {received.x + alpha * cdob.x_cdob(), received.v + alpha * cdob.v_cdob(), received.f};
 }
 
+template <class D>
+void FourChannelMediated<D>::start(const Motion<N>& received) noexcept {
+  mediator.reset(received);
+  ahead.setZero();
+}
+
+template <class D>
+auto FourChannelMediated<D>::target(const Motion<N>& local, const Motion<N>& received) noexcept -> Motion<N> {
+  const Motion<N>& slave = mediator.step(local, received);
+  ahead = slave.x - received.x;
+  return slave;
+}
+
 // Compiled once, in scenes.cpp, so that an edit of a block rebuilds little.
 extern template struct FourChannel<DirectDrive<1>>;
 extern template struct FourChannelCdob<DirectDrive<1>>;
 extern template struct FourChannelCdob<ReferenceDrive<1>>;
 extern template struct FourChannelCdobSdcv<DirectDrive<1>>;
 extern template struct FourChannelCdobSdcv<ReferenceDrive<1>>;
+extern template struct FourChannelMediated<DirectDrive<1>>;
+extern template struct FourChannelMediated<ReferenceDrive<1>>;
 
 }  // namespace farhand

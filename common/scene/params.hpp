@@ -38,7 +38,7 @@ struct GuardParams {
 };
 
 // The patient's side is always plain four channels.
-enum class Architecture : std::uint8_t { kFourChannel, kCdob, kCdobSdcv };
+enum class Architecture : std::uint8_t { kFourChannel, kCdob, kCdobSdcv, kMediated };
 
 struct StationParams {
   Role role = Role::kLeader;

@@ -256,5 +256,7 @@ extern template class Station<FourChannelCdob<DirectDrive<1>>>;
 extern template class Station<FourChannelCdob<ReferenceDrive<1>>>;
 extern template class Station<FourChannelCdobSdcv<DirectDrive<1>>>;
 extern template class Station<FourChannelCdobSdcv<ReferenceDrive<1>>>;
+extern template class Station<FourChannelMediated<DirectDrive<1>>>;
+extern template class Station<FourChannelMediated<ReferenceDrive<1>>>;
 
 }  // namespace farhand

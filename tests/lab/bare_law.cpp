@@ -40,6 +40,8 @@ std::unique_ptr<BareLaw<double>> make_block_law(Architecture architecture, const
       return std::make_unique<BlockLaw<FourChannelCdob>>(params);
     case Architecture::kCdobSdcv:
       return std::make_unique<BlockLaw<FourChannelCdobSdcv>>(params);
+    case Architecture::kMediated:
+      return std::make_unique<BlockLaw<FourChannelMediated>>(params);
     case Architecture::kFourChannel:
       break;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "common/config/scene_loops.hpp"
 #include "common/config/schema.hpp"
 #include "tests/lab/explain_costs.hpp"
 #include "tests/lab/explain_plants.hpp"
@@ -28,8 +29,9 @@ struct Facts {
       : delay_s(s.network().forward().delay_s() + s.network().backward().delay_s()),
         jitter_s(std::max(jitter(s.network().forward()), jitter(s.network().backward()))),
         loss(std::max(s.network().forward().loss(), s.network().backward().loss())),
-        cdob(s.architecture() != scene::FOUR_CHANNEL),
-        sdcv(s.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV),
+        cdob(has_cdob(s)),
+        sdcv(has_sdcv(s)),
+        mediated(is_mediated(s)),
         elastic(s.slave().device() == scene::SERIES_ELASTIC) {
     double at = 0;
     for (const scene::Movement& m : s.master().therapist().intended()) {
@@ -55,7 +57,7 @@ struct Facts {
   bool contact() const { return hand || wall; }
 
   double delay_s, jitter_s, loss;
-  bool cdob, sdcv, elastic;
+  bool cdob, sdcv, mediated, elastic;
   bool hand_given = false, hand = false, wall_given = false, wall = false;
   double reach = 0;     // largest |angle| that the therapist intends, rad
   double touch_nm = 0;  // most that the hand can press back with there
@@ -150,8 +152,9 @@ class Builder {
       }
     } else {
       lacks(Place::kMaster, BlockId::kCdob, "CDOB",
-            f_.delay_s > 0 ? say("architecture = FOUR_CHANNEL: ", ms(f_.delay_s), " round trip stay uncompensated")
-                           : std::string("no delay (delay_s = 0 both ways): there is nothing to compensate"));
+            f_.mediated      ? std::string("architecture = MODEL_MEDIATED: no loop crosses the network")
+            : f_.delay_s > 0 ? say("architecture = FOUR_CHANNEL: ", ms(f_.delay_s), " round trip stay uncompensated")
+                             : std::string("no delay (delay_s = 0 both ways): there is nothing to compensate"));
     }
     if (f_.sdcv) {
       Block& sdcv =
@@ -174,6 +177,20 @@ class Builder {
                 ? say("architecture = FOUR_CHANNEL_CDOB: in contact the compensation stays in full")
                 : std::string("nothing to touch (no hand, no wall within reach): no contact to fade it out in"));
     }
+    if (f_.mediated) {
+      Block& mediator = has(Place::kMaster, BlockId::kMediator, "mediator",
+                            say("what the patient's side touches is felt by a model of it; ", ms(f_.delay_s),
+                                " round trip only delay what the model learns"));
+      if (!(f_.delay_s > 0)) {
+        mediator.needless =
+            "the network delays nothing (delay_s = 0 both ways): the slave itself is there; architecture FOUR_CHANNEL "
+            "leaves it out";
+      }
+    } else {
+      lacks(Place::kMaster, BlockId::kMediator, "mediator",
+            say("architecture = ", scene::Architecture_Name(s_.architecture()), ": the slave is felt, not a model"));
+    }
+    lacks(Place::kSlave, BlockId::kMediator, "mediator", "stands on the therapist's side only");
     lacks(Place::kSlave, BlockId::kCdob, "CDOB", "stands on the therapist's side only");
     lacks(Place::kSlave, BlockId::kSdcv, "SDCV", "stands on the therapist's side only");
   }

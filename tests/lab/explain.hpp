@@ -20,6 +20,7 @@ enum class BlockId : std::uint8_t {
   kLaw,
   kCdob,
   kSdcv,
+  kMediator,
   kTorqueGate,
   kReferenceGate,
   kBlend,

@@ -3,6 +3,7 @@
 #include "common/control/cdob.hpp"
 #include "common/control/four_channel.hpp"
 #include "common/control/limits.hpp"
+#include "common/control/mediator.hpp"
 #include "common/control/sdcv.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/scene/blend.hpp"
@@ -79,6 +80,11 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
     case BlockId::kSdcv: {
       Sdcv<1> sdcv(p.scene.sdcv, d.dt_s);
       return each_tick(in, [&](std::size_t k) { keep(sdcv.step(Joints<1>(in.rows[k].remote_f_nm))); });
+    }
+    case BlockId::kMediator: {
+      Mediator<1> mediator(d.K, d.dt_s);
+      mediator.reset(remote(in, 0));
+      return each_tick(in, [&](std::size_t k) { keep(mediator.step(local(in, k), remote(in, k))); });
     }
     case BlockId::kTorqueGate: {
       TorqueGate<1> gate(d.gate, d.dt_s);

@@ -3,6 +3,7 @@
 #include "common/config/station_params.hpp"
 #include "common/control/cdob.hpp"
 #include "common/control/limits.hpp"
+#include "common/control/mediator.hpp"
 #include "common/control/sdcv.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/device/simulated_axis.hpp"
@@ -39,6 +40,8 @@ std::size_t size_of(const Block& block) {
       return sizeof(Cdob<1>);
     case BlockId::kSdcv:
       return sizeof(Sdcv<1>);
+    case BlockId::kMediator:
+      return sizeof(Mediator<1>);
     case BlockId::kTorqueGate:
       return sizeof(TorqueGate<1>);
     case BlockId::kReferenceGate:

@@ -1,3 +1,5 @@
+#include <stdexcept>
+
 #include "tests/bench/plain_step.hpp"
 #include "tests/lab/bare_law.hpp"
 
@@ -35,6 +37,8 @@ std::unique_ptr<BareLaw<T>> make_plain_law(Architecture architecture, const Scen
       return std::make_unique<PlainLaw<PlainScene::kCdob, T>>(params);
     case Architecture::kCdobSdcv:
       return std::make_unique<PlainLaw<PlainScene::kCdobSdcv, T>>(params);
+    case Architecture::kMediated:
+      throw std::invalid_argument("architecture MODEL_MEDIATED is written in double only");
     case Architecture::kFourChannel:
       break;
   }

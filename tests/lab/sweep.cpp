@@ -8,6 +8,7 @@
 #include <mutex>
 #include <thread>
 
+#include "common/config/scene_loops.hpp"
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
 #include "tests/lab/bare_run.hpp"
@@ -135,7 +136,7 @@ bool LockStep::suits(const scene::Scene& scene) {
     return !(m.coulomb_nm() > 0) && !m.has_lugre() && !(m.gravity_nm() > 0);
   };
   const scene::Method method = scene.world().method();
-  return scene.slave().device() == scene::DIRECT_DRIVE && plain(scene.master().motor()) &&
+  return !is_mediated(scene) && scene.slave().device() == scene::DIRECT_DRIVE && plain(scene.master().motor()) &&
          plain(scene.slave().motor()) && (method == scene::AUTO || method == scene::CLOSED_FORM);
 }
 

@@ -1,0 +1,171 @@
+// Model-mediated force feedback: the therapist feels a model of what the patient's side touches, here and now, and the
+// network only teaches the model (after Mitra & Niemeyer 2008).
+//
+//   f_model = k (x_p - x_0) + b v_fast beyond x_0, never pulling          a_p = C_p (x_m - x_p) - K_f (f_m + f_model)
+//
+// x_p is the slave as it will be once it has seen what the master does now: it obeys the slave's own law. The master
+// runs four channels against (x_p, v_p, f_model) without delay, so no fast loop crosses the network; the patient's side
+// is plain four channels and packets carry what they always do. k and x_0 are learnt from the slave's motion as played
+// out, on each side of the axis for itself: a hand resists both ways, a wall one.
+//
+// At rest the master's law and the model's give x_p = x_m and f_model = -f_m, and the slave's then x_s = x_m, as soon
+// as x_0 says what the slave feels: the steady force does not depend on k. What is left to cross the network is x_0,
+// and the gain around that loop is (k_true - k)/(K_h + k): below 1 for every arm K_h if k is at least half of k_true.
+// A wall is a spring of kStiffest that yields as slowly as x_0 may move, and
+// stands where the slave stands.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "common/control/params.hpp"
+#include "common/signal/low_pass.hpp"
+#include "common/signal/motion.hpp"
+
+namespace farhand {
+
+// What resists rising angles. Falling ones are the same, mirrored.
+class ContactModel {
+ public:
+  // K_f: of the law, 1/(kg m2).
+  ContactModel(double K_f, double dt_s)
+      : learn_(kLearn * dt_s / (1 + kLearn * dt_s)),
+        settle_(kSettle * dt_s / (1 + kSettle * dt_s)),
+        growth_(std::pow(kGrowth, dt_s)),
+        step_(kSpeed * dt_s),
+        critical_(2 * kDamping / std::sqrt(K_f)) {}
+
+  // x, f: the slave's angle and reaction as played out; x_p: where its model is now.
+  void learn(double x, double f, double x_p) noexcept {
+    x_ += learn_ * (x - x_);
+    f_ += learn_ * (f - f_);
+    const bool before = pressed_;
+    pressed_ = f_ > (pressed_ ? kRelease : kTouch);
+    if (pressed_ && !before) begin(x_p);
+    if (pressed_) identify();
+    if (!known_) return;
+    k_ = std::clamp(aim_, k_ / growth_, k_ * growth_);
+    if (pressed_ || k_ * (x_ - x_0_) > kRelease) {
+      const double measured = x_ - std::max(0.0, f_) / k_;
+      x_0_ += std::clamp(settle_ * (measured - x_0_), -step_, step_);
+    }
+  }
+
+  // N m, at the model's angle. v_fast: what of its velocity is faster than a person moves on purpose, rad/s.
+  double force(double x_p, double v_fast) const noexcept {
+    if (!known_ || x_p <= x_0_) return 0.0;
+    return std::max(0.0, k_ * (x_p - x_0_) + critical_ * std::sqrt(k_) * v_fast);
+  }
+
+  bool known() const noexcept { return known_; }
+  double k() const noexcept { return k_; }      // N m/rad
+  double x_0() const noexcept { return x_0_; }  // rad
+
+ private:
+  static constexpr double kTouch = 0.05, kRelease = 0.02;  // N m: the observer's noise is 0.01 after kLearn
+  static constexpr double kFirst = 3.0;                    // N m/rad, before anything was learnt
+  static constexpr double kSoftest = 0.2, kStiffest = 30.0;
+  static constexpr double kLearn = 50.0;   // rad/s
+  static constexpr double kSettle = 10.0;  // rad/s, of x_0
+  static constexpr double kSpeed = 0.5;    // rad/s, of x_0 at most
+  static constexpr double kGrowth = 10.0;  // times in a second, k at most
+  static constexpr double kDamping = 0.5;  // ratio, of the model's spring and the inertia 1/K_f of both sides
+  // From sample to sample, and how much the older ones weigh.
+  static constexpr double kStepX = 2e-3, kStepF = 0.04, kMemory = 0.97;
+  static constexpr double kNoiseX = 1e-4, kNoiseF = 0.02;
+  static constexpr double kPrior = 3000.0;  // so many squares of the noise what is learnt must reach over
+
+  void begin(double x_p) noexcept {
+    n_ = sx_ = sf_ = sxx_ = sxf_ = sff_ = 0.0;
+    last_x_ = last_f_ = 1e9;
+    if (!known_) x_0_ = std::max(x_p, x_ - f_ / k_);  // the force begins at zero
+    known_ = true;
+  }
+
+  // A sample for every step in angle or torque, so that rest teaches nothing and wears nothing out.
+  void identify() noexcept {
+    const double dx = (x_ - last_x_) / kStepX, df = (f_ - last_f_) / kStepF;
+    if (dx * dx + df * df < 1) return;
+    last_x_ = x_;
+    last_f_ = f_;
+    n_ = kMemory * n_ + 1;
+    sx_ = kMemory * sx_ + x_;
+    sf_ = kMemory * sf_ + f_;
+    sxx_ = kMemory * sxx_ + x_ * x_;
+    sxf_ = kMemory * sxf_ + x_ * f_;
+    sff_ = kMemory * sff_ + f_ * f_;
+    if (n_ < 3) return;
+    const double xx = sxx_ / n_ - sx_ * sx_ / n_ / n_, ff = sff_ / n_ - sf_ * sf_ / n_ / n_;
+    const double xf = sxf_ / n_ - sx_ * sf_ / n_ / n_;
+    // The line that lies closest where both coordinates err (Deming): least squares would take a wall for soft, whose
+    // angle is but noise.
+    constexpr double kRatio = kNoiseF * kNoiseF / (kNoiseX * kNoiseX);
+    const double u = ff - kRatio * xx;
+    const double slope = xf > 0 ? (u + std::sqrt(u * u + 4 * kRatio * xf * xf)) / (2 * xf) : kStiffest;
+    const double reach = n_ * (xx / (kNoiseX * kNoiseX) + ff / (kNoiseF * kNoiseF));
+    const double trust = reach / (reach + kPrior);
+    aim_ = std::clamp(std::pow(kFirst, 1 - trust) * std::pow(std::max(slope, kSoftest), trust), kSoftest, kStiffest);
+  }
+
+  double learn_, settle_, growth_, step_, critical_;
+  double k_ = kFirst, aim_ = kFirst, x_0_ = 0.0;
+  double x_ = 0.0, f_ = 0.0, last_x_ = 0.0, last_f_ = 0.0;
+  double n_ = 0.0, sx_ = 0.0, sf_ = 0.0, sxx_ = 0.0, sxf_ = 0.0, sff_ = 0.0;
+  bool known_ = false, pressed_ = false;
+};
+
+template <int N>
+class Mediator {
+ public:
+  Mediator(const FourChannelGains& K, double dt_s)
+      : K_(K),
+        dt_s_(dt_s),
+        rising_(make(K.K_f, dt_s)),
+        falling_(make(K.K_f, dt_s)),
+        v_slow_(Cutoff::rad_s(kOnPurpose), dt_s) {}
+
+  // The model starts where the slave was last heard of. What was learnt stays.
+  void reset(const Motion<N>& received) noexcept {
+    slave_ = {received.x, received.v, Joints<N>::Zero()};
+    v_slow_.reset(received.v);
+  }
+
+  // local: the master now; received: the slave as played out. Returns the model of the slave at this instant.
+  const Motion<N>& step(const Motion<N>& local, const Motion<N>& received) noexcept {
+    for (int j = 0; j < N; ++j) {
+      ContactModel &up = rising_[static_cast<std::size_t>(j)], &down = falling_[static_cast<std::size_t>(j)];
+      up.learn(received.x[j], received.f[j], slave_.x[j]);
+      down.learn(-received.x[j], -received.f[j], -slave_.x[j]);
+      const double v_fast = slave_.v[j] - v_slow_.value()[j];
+      slave_.f[j] = up.force(slave_.x[j], v_fast) - down.force(-slave_.x[j], -v_fast);
+    }
+    const Joints<N> a = K_.K_p * (local.x - slave_.x) + K_.K_d * (local.v - slave_.v) - K_.K_f * (local.f + slave_.f);
+    slave_.v += dt_s_ * a;
+    slave_.x += dt_s_ * slave_.v;
+    v_slow_.step(slave_.v);
+    return slave_;
+  }
+
+  const Motion<N>& slave() const noexcept { return slave_; }
+  const ContactModel& rising(int joint) const noexcept { return rising_[static_cast<std::size_t>(joint)]; }
+  const ContactModel& falling(int joint) const noexcept { return falling_[static_cast<std::size_t>(joint)]; }
+
+ private:
+  using Contacts = std::array<ContactModel, static_cast<std::size_t>(N)>;
+  static constexpr double kOnPurpose = 15.0;  // rad/s
+
+  static Contacts make(double K_f, double dt_s) {
+    return [&]<std::size_t... I>(std::index_sequence<I...>) { return Contacts{((void)I, ContactModel(K_f, dt_s))...}; }
+    (std::make_index_sequence<static_cast<std::size_t>(N)>{});
+  }
+
+  FourChannelGains K_;
+  double dt_s_;
+  Contacts rising_, falling_;
+  Motion<N> slave_;
+  LowPass<N> v_slow_;
+};
+
+}  // namespace farhand
