@@ -284,7 +284,7 @@ std::string Figures::round_trip_and_playout() const {
 std::string Figures::compensation() const {
   const std::vector<double> y = each(session_.master, [](const StationSample& s) { return 1e3 * s.x_cdob_rad; });
   if (std::none_of(y.begin(), y.end(), [](double v) { return std::isfinite(v) && v != 0; })) return "";
-  Plot plot = over_time("The slave as predicted, beyond what was received", "x_p - x_received (mrad)", 204);
+  Plot plot = over_time("The slave as predicted, beyond what was received", "x_p - x_received (x_cdob), mrad", 204);
   plot.line("x_p - x_received", times(session_.master), y, Ink::kMaster, kGap_s);
   return plot.svg();
 }
