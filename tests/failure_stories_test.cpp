@@ -148,7 +148,7 @@ class Story : public testing::Test {
         const auto& [t, row] = rows->back();
         out += "\n  " + std::to_string(to_seconds(t)) +
                " s, last tick: " + name_of(static_cast<StationState>(row.state)) + ", x " + std::to_string(row.x_rad) +
-               " rad, remote x " + std::to_string(row.remote_x_rad) + " rad, tick of " + std::to_string(rows->size());
+               " rad, remote x " + std::to_string(row.remote_x_rad) + " rad; ticks: " + std::to_string(rows->size());
       }
       out += "\n" + (*session_)[program].err();
     }

@@ -11,8 +11,7 @@
 // At rest the master's law and the model's give x_p = x_m and f_model = -f_m, and the slave's then x_s = x_m, as soon
 // as x_0 says what the slave feels: the steady force does not depend on k. What is left to cross the network is x_0,
 // and the gain around that loop is (k_true - k)/(K_h + k): below 1 for every arm K_h if k is at least half of k_true.
-// A wall is a spring of kStiffest that yields as slowly as x_0 may move, and
-// stands where the slave stands.
+// A wall is a spring of kStiffest whose x_0 goes where the torque is right.
 #pragma once
 
 #include <algorithm>
@@ -31,8 +30,8 @@ class ContactModel {
  public:
   // K_f: of the law, 1/(kg m2).
   ContactModel(double K_f, double dt_s)
-      : learn_(kLearn * dt_s / (1 + kLearn * dt_s)),
-        settle_(kSettle * dt_s / (1 + kSettle * dt_s)),
+      : learn_(LowPass<1>(Cutoff::rad_s(kLearn), dt_s).smoothing()),
+        settle_(LowPass<1>(Cutoff::rad_s(kSettle), dt_s).smoothing()),
         growth_(std::pow(kGrowth, dt_s)),
         step_(kSpeed * dt_s),
         critical_(2 * kDamping / std::sqrt(K_f)) {}
@@ -59,22 +58,21 @@ class ContactModel {
     return std::max(0.0, k_ * (x_p - x_0_) + critical_ * std::sqrt(k_) * v_fast);
   }
 
-  bool known() const noexcept { return known_; }
-  double k() const noexcept { return k_; }      // N m/rad
-  double x_0() const noexcept { return x_0_; }  // rad
+  double k() const noexcept { return k_; }  // N m/rad
 
  private:
-  static constexpr double kTouch = 0.05, kRelease = 0.02;  // N m: the observer's noise is 0.01 after kLearn
-  static constexpr double kFirst = 3.0;                    // N m/rad, before anything was learnt
-  static constexpr double kSoftest = 0.2, kStiffest = 30.0;
-  static constexpr double kLearn = 50.0;   // rad/s
-  static constexpr double kSettle = 10.0;  // rad/s, of x_0
-  static constexpr double kSpeed = 0.5;    // rad/s, of x_0 at most
-  static constexpr double kGrowth = 10.0;  // times in a second, k at most
+  static constexpr double kTouch = 0.05, kRelease = 0.02;    // N m: of the noise of 0.024 kLearn leaves 0.0012
+  static constexpr double kFirst = 3.0;                      // N m/rad, before anything was learnt
+  static constexpr double kSoftest = 0.2, kStiffest = 30.0;  // N m/rad
+  static constexpr double kLearn = 50.0;                     // rad/s
+  static constexpr double kSettle = 10.0;                    // rad/s, of x_0
+  static constexpr double kSpeed = 0.5;                      // rad/s, of x_0 at most
+  static constexpr double kGrowth = 10.0;                    // times in a second, k at most
   static constexpr double kDamping = 0.5;  // ratio, of the model's spring and the inertia 1/K_f of both sides
   // From sample to sample, and how much the older ones weigh.
-  static constexpr double kStepX = 2e-3, kStepF = 0.04, kMemory = 0.97;
-  static constexpr double kNoiseX = 1e-4, kNoiseF = 0.02;
+  static constexpr double kStepX = 2e-3, kStepF = 0.04;  // rad, N m
+  static constexpr double kMemory = 0.97;
+  static constexpr double kNoiseX = 1e-4, kNoiseF = 0.02;  // rad, N m
   static constexpr double kPrior = 3000.0;  // so many squares of the noise what is learnt must reach over
 
   void begin(double x_p) noexcept {
@@ -147,10 +145,6 @@ class Mediator {
     v_slow_.step(slave_.v);
     return slave_;
   }
-
-  const Motion<N>& slave() const noexcept { return slave_; }
-  const ContactModel& rising(int joint) const noexcept { return rising_[static_cast<std::size_t>(joint)]; }
-  const ContactModel& falling(int joint) const noexcept { return falling_[static_cast<std::size_t>(joint)]; }
 
  private:
   using Contacts = std::array<ContactModel, static_cast<std::size_t>(N)>;
