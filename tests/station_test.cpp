@@ -7,6 +7,7 @@
 
 #include "common/control/four_channel.hpp"
 #include "tests/support/station_pair.hpp"
+#include "tests/support/unexplained_step.hpp"
 
 namespace farhand {
 namespace {
@@ -185,6 +186,38 @@ TEST(Station, NothingJumpsWhateverTheOperatorAndTheNetworkDo) {
               at_change);
   EXPECT_GT(changes, 200);
   EXPECT_GT(engagements, 30);
+}
+
+// The hand moves at 0.45 rad/s while the leader aligns, and nothing is heard of it for up to 60 ms: held, it is easier
+// to come close to, so that the leader engages on what is shown of it, and the next packet shows it 20 mrad further.
+TEST(Station, AGapOfTheNetworkThatEndsAsTheLeaderEngagesIsNoJump) {
+  double largest = 0;
+  int engaged_on_held = 0;
+  for (int gap_ms = 5; gap_ms <= 60; gap_ms += 5) {
+    for (int begin_ms = 2030; begin_ms < 2110; ++begin_ms) {
+      Pair pair;
+      pair.slave.axis.stiffness = 5;
+      double last_remote = 0;
+      for (int k = 0; k < 2400; ++k) {
+        if (k == 1100) pair.act = OperatorAct::kEngage;
+        pair.slave.axis.rest[0] = 0.3 * std::sin(1.5e-3 * k);
+        pair.backward = k < begin_ms || k >= begin_ms + gap_ms;
+        const TickTrace<1> before = pair.master.trace();
+        pair.tick();
+        const TickTrace<1>& now = pair.master.trace();
+        engaged_on_held += before.state == S::kAligning && now.state == S::kEngaged && now.remote.x[0] == last_remote;
+        last_remote = now.remote.x[0];
+        if (before.state != S::kAligning && before.state != S::kEngaged) continue;
+        if (pair.master.state() == S::kEngaged && k > begin_ms + gap_ms + 100) break;
+        largest = std::max(largest,
+                           unexplained_step(now.target.x[0] - before.target.x[0], 1e-3,
+                                            {before.local.v[0], now.local.v[0], before.remote.v[0], now.remote.v[0]}));
+      }
+    }
+  }
+  std::printf("engaged %d times on a held motion, largest step %.3f mrad\n", engaged_on_held, 1e3 * largest);
+  EXPECT_GT(engaged_on_held, 10);
+  EXPECT_LE(largest, 1e-3);
 }
 
 TEST(Station, AStreamThatResumesDoesNotTakeTheHandAgain) {

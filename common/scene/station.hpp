@@ -55,7 +55,7 @@ class Station {
  private:
   // The follower refuses to be taken by a leader that is further away than this, whatever the leader says (5 degrees).
   static constexpr double kFollowerGate = 0.0873;
-  static constexpr double kLeap = 1e-3;  // rad
+  static constexpr double kLeap = 0.75e-3;  // rad
 
   // A reading that lies further outside of the range of motion than half its width is none of this device.
   bool in_range() const noexcept {
@@ -159,11 +159,12 @@ class Station {
   }
 
   // While the leader aligns, the peer's device may come back from elsewhere (its cable was out), and what is shown of
-  // it may still jump in time: a step that its own velocity does not explain is faded in like any other change of
-  // source.
+  // it may jump in time, as after a gap of the network; and so it may while a side that has just engaged still fades.
+  // A step that its own velocity does not explain is faded in like any other change of source.
   bool leapt(const Motion<N>& source, int ticks) const noexcept {
-    return trace_.state == StationState::kAligning &&
-           ((source.x - x_source_).abs() > kLeap + 1.25 * dt_s_ * ticks * source.v.abs()).any();
+    const bool engaging =
+        trace_.state == StationState::kAligning || (trace_.state == StationState::kEngaged && !blend_.done());
+    return engaging && ((source.x - x_source_).abs() > kLeap + 1.25 * dt_s_ * ticks * source.v.abs()).any();
   }
 
   void fill(Packet<N>& packet, Nanoseconds now) noexcept {
