@@ -159,11 +159,11 @@ class Station {
   }
 
   // While the leader aligns, the peer's device may come back from elsewhere (its cable was out), and what is shown of
-  // it may jump in time, as after a gap of the network; and so it may while a side that has just engaged still fades.
-  // A step that its own velocity does not explain is faded in like any other change of source.
+  // it may jump in time, as after a gap of the network, also while the engagement still fades. A step that its own
+  // velocity does not explain is faded in like any other change of source. (The follower has its guard.)
   bool leapt(const Motion<N>& source, int ticks) const noexcept {
-    const bool engaging =
-        trace_.state == StationState::kAligning || (trace_.state == StationState::kEngaged && !blend_.done());
+    const bool engaging = trace_.state == StationState::kAligning ||
+                          (trace_.state == StationState::kEngaged && !guard_ && !blend_.done());
     return engaging && ((source.x - x_source_).abs() > kLeap + 1.25 * dt_s_ * ticks * source.v.abs()).any();
   }
 
