@@ -12,9 +12,9 @@
 // packet is bridged by interpolation like a lost one, so chasing the maximum of a normal delay would only add delay.
 // The median is blind to spikes rarer than one in 0.5 s. A delay that rose for good shows in the smallest of the newest
 // four buckets, after 1 s. Lower end: the running minimum (of the bucket minima the last but one, against single wrong
-// stamps; their median would lie 1/250 of the range too high), which may rise by at most kSkewMax: that follows any real
-// clock, and a queue that builds up does not look like a clock. Skew needs no estimate of its own: the window trails it
-// by 2 to 4 s, 0.8 ms at 200 ppm.
+// stamps; their median would lie 1/250 of the range too high), which may rise by at most kSkewMax: that follows any
+// real clock, and a queue that builds up does not look like a clock. Skew needs no estimate of its own: the window
+// trails it by 2 to 4 s, 0.8 ms at 200 ppm.
 #pragma once
 
 #include <algorithm>
