@@ -169,7 +169,7 @@ TEST(Scene, ReferencesAreThoseOfTheHandWrittenStep) {
         plain.reset(x);
       }
       const Motion<1> local = scene.drive.observe(sensed, 1);
-      const auto command = scene.drive.follow(local, scene.target(local, motion(x_r, v_r, f_r)), true, 1);
+      const auto command = scene.drive.follow(local, scene.target(local, motion(x_r, v_r, f_r), {}), true, 1);
       plain.step(x, x_r, v_r, f_r);
       ASSERT_TRUE(command.track);
       ASSERT_NEAR(local.v[0], plain.v, 1e-12);
@@ -202,7 +202,7 @@ TEST(Scene, JointsDoNotMix) {
         return law->follow({in[1], in[2], in[3]});
       };
       const Motion<2> local = both.drive.observe({.x = {a[0], b[0]}}, 1);
-      const Joints<2> torque = both.drive.follow(local, both.target(local, received), true, 1).torque;
+      const Joints<2> torque = both.drive.follow(local, both.target(local, received, {}), true, 1).torque;
       ASSERT_NEAR(torque[0], one(first, a), 1e-12);
       ASSERT_NEAR(torque[1], one(second, b), 1e-12);
     }

@@ -70,7 +70,7 @@ TEST(Scene, CdobSdcvIsTheHandWrittenStep) { expect_the_same_torque_and_limits(Ar
 class RealTime : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(, RealTime,
                          testing::Values("four_channel", "four_channel_cdob", "four_channel_cdob_sdcv",
-                                         "four_channel_mediated", "sea_four_channel_cdob_sdcv",
+                                         "four_channel_mediated", "two_channel", "wave", "sea_four_channel_cdob_sdcv",
                                          "sea_four_channel_mediated"),
                          [](const auto& scene) { return std::string(scene.param); });
 

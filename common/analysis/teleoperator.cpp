@@ -86,4 +86,18 @@ int growing_motions(const Teleoperator& t, double factor) {
   return zeros_outside(around, t.round_trip, factor);
 }
 
+int growing_motions(const TwoChannels& t, double factor) {
+  const SideResponse master(t.master);
+  const double K_f = t.master.K_f;
+  const auto felt = [&](const SideResponse::Sent& sent) { return K_f * (t.K_2 * sent.x + t.B_2 * sent.v); };
+  const auto held = [&](Complex z) { return felt(master.to_acceleration(z)); };
+  const auto damped = [&](Complex z) { return K_f * t.B_slave * t.slave(z).v; };
+  const int alone = zeros_outside(held, 0, factor) + zeros_outside(damped, 0, factor);
+  if (alone > 0) return alone;
+  const auto open = [&](Complex z) {
+    return felt(t.slave(z)) * std::pow(z, -t.round_trip) / ((1.0 + held(z)) * (1.0 + damped(z)));
+  };
+  return zeros_outside(open, t.round_trip, factor);
+}
+
 }  // namespace farhand

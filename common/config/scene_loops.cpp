@@ -49,6 +49,11 @@ bool has_cdob(const scene::Scene& scene) {
 }
 bool is_mediated(const scene::Scene& scene) { return scene.architecture() == scene::MODEL_MEDIATED; }
 bool has_sdcv(const scene::Scene& scene) { return scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV; }
+bool is_two_channel(const scene::Scene& scene) { return scene.architecture() == scene::TWO_CHANNEL; }
+bool is_wave(const scene::Scene& scene) { return scene.architecture() == scene::WAVE; }
+bool joined_by_four_channels(const scene::Scene& scene) {
+  return scene.architecture() == scene::FOUR_CHANNEL || has_cdob(scene);
+}
 
 std::vector<Contact> contacts(const scene::Scene& scene) {
   std::vector<Contact> all{{"free motion"}};
@@ -132,27 +137,48 @@ double alpha_in(const scene::Scene& scene, const Contact& contact) {
   return std::clamp((f_2 - steady->slave_torque(0.0)) / (f_2 - f_1), 0.0, 1.0);  // this model costs no force
 }
 
-Teleoperator teleoperator(const scene::Scene& scene, const Contact& contact) {
-  const scene::Network& network = scene.network();
-  const double tick = scene.tick_s();
-  // From the fastest packet on, each way is held to the depth of the play-out, and shown at a tick.
-  const auto way = [tick](const scene::Path& path) {
+namespace {
+
+// From the fastest packet on, each way is held to the depth of the play-out, and shown at a tick.
+int round_trip_ticks(const scene::Scene& scene) {
+  const auto way = [tick = scene.tick_s()](const scene::Path& path) {
     return static_cast<int>(std::max(1.0, std::ceil((path.delay_s() + 0.5 * needed_playout_s(path)) / tick - 1e-6)));
   };
+  const double serial_s = is_elastic(scene) ? 2.0 * scene.slave().series_elastic().serial_one_way_s() : 0.0;
+  return way(scene.network().forward()) + way(scene.network().backward()) +
+         static_cast<int>(std::ceil(serial_s / scene.tick_s()));
+}
+
+}  // namespace
+
+Teleoperator teleoperator(const scene::Scene& scene, const Contact& contact) {
+  const double tick = scene.tick_s();
   Teleoperator t;
   t.master = master_loop(scene);
-  t.round_trip = way(network.forward()) + way(network.backward());
-  if (is_elastic(scene)) {
-    t.slave = orthosis_slave(orthosis_loop(scene, contact), tick, scene.control().g_v_rad_s());
-    t.round_trip += static_cast<int>(std::ceil(2.0 * scene.slave().series_elastic().serial_one_way_s() / tick));
-  } else {
-    t.slave = direct_slave(direct_slave_loop(scene, contact));
-  }
+  t.round_trip = round_trip_ticks(scene);
+  t.slave = is_elastic(scene) ? orthosis_slave(orthosis_loop(scene, contact), tick, scene.control().g_v_rad_s())
+                              : direct_slave(direct_slave_loop(scene, contact));
   t.compensated = has_cdob(scene);
   t.with_force = scene.control().local_model() == scene::WITH_FORCE;
   t.alpha = alpha_in(scene, contact);
   t.g_net = scene.control().g_net_rad_s();
   return t;
+}
+
+TwoChannels two_channels(const scene::Scene& scene, const Contact& contact) {
+  const scene::Control& c = scene.control();
+  const auto force_alone = [](auto loop) {
+    loop.K_p = loop.K_d = 0.0;
+    return loop;
+  };
+  return {.master = force_alone(master_loop(scene)),
+          .slave = is_elastic(scene)
+                       ? orthosis_slave(force_alone(orthosis_loop(scene, contact)), scene.tick_s(), c.g_v_rad_s())
+                       : direct_slave(force_alone(direct_slave_loop(scene, contact))),
+          .round_trip = round_trip_ticks(scene),
+          .K_2 = c.k_2_nm_per_rad(),
+          .B_2 = c.b_2_nms_per_rad(),
+          .B_slave = c.b_slave_nms_per_rad()};
 }
 
 }  // namespace farhand

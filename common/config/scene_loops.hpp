@@ -31,6 +31,10 @@ bool is_elastic(const scene::Scene& scene);
 bool has_cdob(const scene::Scene& scene);
 bool is_mediated(const scene::Scene& scene);
 bool has_sdcv(const scene::Scene& scene);
+bool is_two_channel(const scene::Scene& scene);
+bool is_wave(const scene::Scene& scene);
+// One loop of four channels goes around both sides, and `teleoperator` is it.
+bool joined_by_four_channels(const scene::Scene& scene);
 
 // Spectral radius of the slave's loop, whichever device it is.
 double slave_radius(const scene::Scene& scene, const Contact& contact);
@@ -45,5 +49,6 @@ std::optional<SteadyContact> steady_contact(const scene::Scene& scene, const Con
 double alpha_in(const scene::Scene& scene, const Contact& contact);
 
 Teleoperator teleoperator(const scene::Scene& scene, const Contact& contact);
+TwoChannels two_channels(const scene::Scene& scene, const Contact& contact);
 
 }  // namespace farhand

@@ -35,6 +35,29 @@ DriveParams drive_params(const scene::Scene& scene, const scene::Axis& axis) {
   return p;
 }
 
+Matching matching_of(scene::WaveMatching matching) {
+  if (matching == scene::SLAVE_END) return Matching::kSlave;
+  return matching == scene::BOTH_ENDS ? Matching::kBoth : Matching::kNone;
+}
+
+Architecture architecture_of(scene::Architecture architecture, Role role) {
+  const bool master = role == Role::kLeader;
+  switch (architecture) {
+    case scene::TWO_CHANNEL:
+      return master ? Architecture::kTwoChannelMaster : Architecture::kTwoChannelSlave;
+    case scene::WAVE:
+      return master ? Architecture::kWaveMaster : Architecture::kWaveSlave;
+    case scene::FOUR_CHANNEL_CDOB:
+      return master ? Architecture::kCdob : Architecture::kFourChannel;
+    case scene::FOUR_CHANNEL_CDOB_SDCV:
+      return master ? Architecture::kCdobSdcv : Architecture::kFourChannel;
+    case scene::MODEL_MEDIATED:
+      return master ? Architecture::kMediated : Architecture::kFourChannel;
+    default:
+      return Architecture::kFourChannel;
+  }
+}
+
 StationParams station_params(const scene::Scene& scene, Role role, const scene::Axis& axis, std::uint32_t session) {
   const scene::Control& c = scene.control();
   const scene::Engagement& e = scene.engagement();
@@ -45,6 +68,13 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
   p.scene.g_net = Cutoff::rad_s(c.g_net_rad_s());
   p.scene.local_model = c.local_model() == scene::WITH_FORCE ? LocalModel::kWithForce : LocalModel::kThesis;
   p.scene.sdcv = {.f_1 = c.f_1_nm(), .f_2 = c.f_2_nm(), .alpha_cutoff = Cutoff::rad_s(c.alpha_cutoff_rad_s())};
+  p.scene.two_channel = {.K_2 = c.k_2_nm_per_rad(), .B_2 = c.b_2_nms_per_rad(), .B_slave = c.b_slave_nms_per_rad()};
+  p.scene.wave = {.b = c.wave_b_nms_per_rad(),
+                  .K_s = c.wave_k_s_nm_per_rad(),
+                  .B_s = c.wave_b_s_nms_per_rad(),
+                  .drift = c.wave_drift_per_s(),
+                  .matching = matching_of(c.wave_matching())};
+  p.architecture = architecture_of(scene.architecture(), role);
   p.receive.timeout = from_seconds(r.timeout_s());
   p.receive.playout_max = from_seconds(r.playout_max_s());
   p.receive.expiry = from_seconds(r.expiry_s());
@@ -123,11 +153,7 @@ PatientLimits patient_limits(const scene::Slave& slave) {
 }  // namespace
 
 StationParams master_station_params(const scene::Scene& scene, std::uint32_t session) {
-  StationParams p = station_params(scene, Role::kLeader, scene.master().axis(), session);
-  if (scene.architecture() == scene::FOUR_CHANNEL_CDOB) p.architecture = Architecture::kCdob;
-  if (scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV) p.architecture = Architecture::kCdobSdcv;
-  if (scene.architecture() == scene::MODEL_MEDIATED) p.architecture = Architecture::kMediated;
-  return p;
+  return station_params(scene, Role::kLeader, scene.master().axis(), session);
 }
 
 StationParams slave_station_params(const scene::Scene& scene, std::uint32_t session) {

@@ -99,9 +99,25 @@ class Warner {
       judge("slave", radius(s_), is_elastic(s_) ? 1.0 / s_.slave().mcu().loop_hz() : s_.tick_s(), contact.name,
             side_knobs(false), radius);
     }
-    if (is_mediated(s_)) return;  // no loop goes around both
+    if (is_two_channel(s_)) two_channel_loop();
+    if (!joined_by_four_channels(s_)) return;  // no loop of theirs goes around both
     if (!sides_rest || !(master_loop(s_).axis.k > 0.0) || !(s_.control().k_p_per_s2() > 0.0)) return;
     for (const Contact& contact : contacts(s_)) together(contact);
+  }
+
+  void two_channel_loop() {
+    constexpr int kLongest = 2'000;  // ticks: beyond, the slave is long past what two channels bear
+    for (const Contact& contact : contacts(s_)) {
+      TwoChannels whole = two_channels(s_, contact);
+      const int round_trip = whole.round_trip;
+      const double factor = std::exp(kGrowth * s_.tick_s());
+      if (round_trip > kLongest || growing_motions(whole, factor) == 0) continue;
+      whole.round_trip = 2;
+      while (whole.round_trip < round_trip && growing_motions(whole, factor) == 0) ++whole.round_trip;
+      say("both sides together are unstable in " + contact.name + ": architecture TWO_CHANNEL over a round trip of " +
+          rounded(round_trip * s_.tick_s()) + " s; stable up to " + rounded((whole.round_trip - 1) * s_.tick_s()) +
+          " s");
+    }
   }
 
   void together(const Contact& contact) {

@@ -21,6 +21,23 @@ struct SdcvParams {
   Cutoff alpha_cutoff = Cutoff::rad_s(5.0);
 };
 
+struct TwoChannelParams {
+  double K_2 = 5.0;      // N m/rad, of the master to the slave's angle
+  double B_2 = 0.05;     // N m s/rad
+  double B_slave = 0.1;  // N m s/rad, of the slave to where it is
+};
+
+// Which ends of the wave's line reflect nothing.
+enum class Matching { kNone, kSlave, kBoth };
+
+struct WaveParams {
+  double b = 0.2;      // N m s/rad, the line's own impedance
+  double K_s = 5.0;    // N m/rad, of the slave to where its wave says
+  double B_s = 0.2;    // N m s/rad
+  double drift = 0.0;  // 1/s, by which that place drifts towards the master's
+  Matching matching = Matching::kNone;
+};
+
 struct GateParams {
   double torque = 3.0;          // N m
   double torque_rate = 3000.0;  // N m/s

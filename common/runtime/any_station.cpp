@@ -38,6 +38,14 @@ std::unique_ptr<AnyStation<Io>> make_station(const StationParams& params) {
       return std::make_unique<StationOf<Io, FourChannelCdobSdcv<Drive>>>(params);
     case Architecture::kMediated:
       return std::make_unique<StationOf<Io, FourChannelMediated<Drive>>>(params);
+    case Architecture::kTwoChannelMaster:
+      return std::make_unique<StationOf<Io, TwoChannelMaster<Drive>>>(params);
+    case Architecture::kTwoChannelSlave:
+      return std::make_unique<StationOf<Io, TwoChannelSlave<Drive>>>(params);
+    case Architecture::kWaveMaster:
+      return std::make_unique<StationOf<Io, WaveMaster<Drive>>>(params);
+    case Architecture::kWaveSlave:
+      return std::make_unique<StationOf<Io, WaveSlave<Drive>>>(params);
     case Architecture::kFourChannel:
       break;
   }

@@ -21,8 +21,10 @@ struct FourChannel {
 
   Drive drive;
 
-  void start(const Motion<N>& /*received*/) noexcept {}
-  Motion<N> target(const Motion<N>& /*local*/, const Motion<N>& received) noexcept { return received; }
+  void start(const Motion<N>& /*local*/, const Motion<N>& /*received*/) noexcept {}
+  Motion<N> target(const Motion<N>& /*local*/, const Motion<N>& received, Elapsed /*since*/) noexcept {
+    return received;
+  }
   Compensation compensation() const noexcept { return {}; }
 };
 
@@ -36,8 +38,8 @@ struct FourChannelCdob {
   Drive drive;
   Cdob<N> cdob;
 
-  void start(const Motion<N>& received) noexcept;
-  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept;
+  void start(const Motion<N>& /*local*/, const Motion<N>& received) noexcept;
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed /*since*/) noexcept;
   Compensation compensation() const noexcept { return {cdob.x_cdob()[0], 1.0}; }
 };
 
@@ -52,8 +54,8 @@ struct FourChannelCdobSdcv {
   Cdob<N> cdob;
   Sdcv<N> sdcv;
 
-  void start(const Motion<N>& received) noexcept;
-  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept;
+  void start(const Motion<N>& /*local*/, const Motion<N>& received) noexcept;
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed /*since*/) noexcept;
   Compensation compensation() const noexcept { return {cdob.x_cdob()[0], sdcv.value()[0]}; }
 };
 
@@ -67,43 +69,43 @@ struct FourChannelMediated {
   Mediator<N> mediator;
   Joints<N> ahead = Joints<N>::Zero();  // the model, of the slave as received
 
-  void start(const Motion<N>& received) noexcept;
-  Motion<N> target(const Motion<N>& local, const Motion<N>& received) noexcept;
+  void start(const Motion<N>& /*local*/, const Motion<N>& received) noexcept;
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed /*since*/) noexcept;
   Compensation compensation() const noexcept { return {ahead[0], 1.0}; }
 };
 
 template <class D>
-void FourChannelCdob<D>::start(const Motion<N>& received) noexcept {
+void FourChannelCdob<D>::start(const Motion<N>&, const Motion<N>& received) noexcept {
   cdob.reset(received);
 }
 
 template <class D>
-auto FourChannelCdob<D>::target(const Motion<N>& local, const Motion<N>& received) noexcept -> Motion<N> {
+auto FourChannelCdob<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
   cdob.step(local, received);
   return {received.x + cdob.x_cdob(), received.v + cdob.v_cdob(), received.f};
 }
 
 template <class D>
-void FourChannelCdobSdcv<D>::start(const Motion<N>& received) noexcept {
+void FourChannelCdobSdcv<D>::start(const Motion<N>&, const Motion<N>& received) noexcept {
   cdob.reset(received);
   sdcv.reset(received.f);
 }
 
 template <class D>
-auto FourChannelCdobSdcv<D>::target(const Motion<N>& local, const Motion<N>& received) noexcept -> Motion<N> {
+auto FourChannelCdobSdcv<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
   cdob.step(local, received);
   const Joints<N>& alpha = sdcv.step(received.f);
   return {received.x + alpha * cdob.x_cdob(), received.v + alpha * cdob.v_cdob(), received.f};
 }
 
 template <class D>
-void FourChannelMediated<D>::start(const Motion<N>& received) noexcept {
+void FourChannelMediated<D>::start(const Motion<N>&, const Motion<N>& received) noexcept {
   mediator.reset(received);
   ahead.setZero();
 }
 
 template <class D>
-auto FourChannelMediated<D>::target(const Motion<N>& local, const Motion<N>& received) noexcept -> Motion<N> {
+auto FourChannelMediated<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
   const Motion<N>& slave = mediator.step(local, received);
   ahead = slave.x - received.x;
   return slave;

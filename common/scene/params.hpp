@@ -28,6 +28,8 @@ struct SceneParams {
   Cutoff g_net = Cutoff::rad_s(1000.0);
   LocalModel local_model = LocalModel::kThesis;
   SdcvParams sdcv;
+  TwoChannelParams two_channel;
+  WaveParams wave;
 };
 
 // What the patient's side allows, whatever the network asks (common/scene/patient_guard.hpp).
@@ -37,8 +39,17 @@ struct GuardParams {
   OscillationParams oscillation;
 };
 
-// The patient's side is always plain four channels.
-enum class Architecture : std::uint8_t { kFourChannel, kCdob, kCdobSdcv, kMediated };
+// What a station does. Under every compensation the patient's side is plain four channels.
+enum class Architecture : std::uint8_t {
+  kFourChannel,
+  kCdob,
+  kCdobSdcv,
+  kMediated,
+  kTwoChannelMaster,
+  kTwoChannelSlave,
+  kWaveMaster,
+  kWaveSlave,
+};
 
 struct StationParams {
   Role role = Role::kLeader;

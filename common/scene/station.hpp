@@ -15,6 +15,7 @@
 #include "common/scene/four_channel.hpp"
 #include "common/scene/patient_guard.hpp"
 #include "common/scene/tick_trace.hpp"
+#include "common/scene/torque_scenes.hpp"
 
 namespace farhand {
 
@@ -118,7 +119,7 @@ class Station {
     changed_ = trace_.state != before;
     if (!changed_) return;
     x_hold_ = trace_.local.x;
-    if (trace_.state == StationState::kEngaged) scene_.start(trace_.remote);
+    if (trace_.state == StationState::kEngaged) scene_.start(trace_.local, trace_.remote);
     if (trace_.state == StationState::kHoming) begin_homing();
     if (before == StationState::kHoming) end_homing();
   }
@@ -138,16 +139,16 @@ class Station {
   }
 
   // The motion to follow, before blending.
-  Motion<N> choose(int ticks) noexcept {
+  Motion<N> choose(Elapsed since) noexcept {
     switch (trace_.state) {
       case StationState::kEngaged:
-        return scene_.target(trace_.local, trace_.remote);
+        return scene_.target(trace_.local, trace_.remote, since);
       case StationState::kAligning:  // stiff: the position alone counts
         return {trace_.remote.x, trace_.remote.v, -trace_.local.f};
       case StationState::kHolding:  // a spring of K_p / K_f N m/rad around here, so that the patient can push away
         return {x_hold_, Joints<N>::Zero(), Joints<N>::Zero()};
       case StationState::kHoming:
-        return homing_.step(trace_.local, ticks);
+        return homing_.step(trace_.local, since.ticks);
       case StationState::kOff:
       case StationState::kSelfTest:
       case StationState::kReady:
@@ -176,6 +177,7 @@ class Station {
     packet.state = trace_.state;
     packet.limits = trace_.limits;
     packet.motion = trace_.local;
+    if constexpr (requires { scene_.outgoing(trace_.local); }) packet.motion = scene_.outgoing(trace_.local);
   }
 
   StationParams params_;
@@ -219,7 +221,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
 
   if (guard_) guard(sensed, continues, act, ticks);
   decide(now, sensed, act, played.any);
-  const Motion<N> source = choose(ticks);
+  const Motion<N> source = choose({ticks, played.held});
   const Asks asks = asks_of(trace_.state);
   if (asks == Asks::kNothing) {
     trace_.target = source;
@@ -259,5 +261,13 @@ extern template class Station<FourChannelCdobSdcv<DirectDrive<1>>>;
 extern template class Station<FourChannelCdobSdcv<ReferenceDrive<1>>>;
 extern template class Station<FourChannelMediated<DirectDrive<1>>>;
 extern template class Station<FourChannelMediated<ReferenceDrive<1>>>;
+extern template class Station<TwoChannelMaster<DirectDrive<1>>>;
+extern template class Station<TwoChannelMaster<ReferenceDrive<1>>>;
+extern template class Station<TwoChannelSlave<DirectDrive<1>>>;
+extern template class Station<TwoChannelSlave<ReferenceDrive<1>>>;
+extern template class Station<WaveMaster<DirectDrive<1>>>;
+extern template class Station<WaveMaster<ReferenceDrive<1>>>;
+extern template class Station<WaveSlave<DirectDrive<1>>>;
+extern template class Station<WaveSlave<ReferenceDrive<1>>>;
 
 }  // namespace farhand

@@ -11,6 +11,12 @@ struct Compensation {
   double alpha = 1.0;
 };
 
+// What a law is told of the time since its last step.
+struct Elapsed {
+  int ticks = 1;      // periods; more than one means that some were missed
+  bool held = false;  // nothing newer of the peer has arrived: what was shown last is repeated
+};
+
 template <int N>
 struct TickTrace {
   StationState state = StationState::kOff;

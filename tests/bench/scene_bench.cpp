@@ -50,7 +50,7 @@ template <template <class> class Scene>
 void composed(benchmark::State& state) {
   Scene<DirectDrive<1>> scene(params());
   scene.drive.reset({});
-  scene.start({});
+  scene.start({}, {});
   std::size_t k = 0;
   for (auto _ : state) {
     const Input& in = inputs()[k++ % inputs().size()];
@@ -58,7 +58,7 @@ void composed(benchmark::State& state) {
     sensed.x[0] = in.x;
     const Motion<1> received{Joints<1>(in.x_r), Joints<1>(in.v_r), Joints<1>(in.f_r)};
     const Motion<1> local = scene.drive.observe(sensed, 1);
-    benchmark::DoNotOptimize(scene.drive.follow(local, scene.target(local, received), true, 1));
+    benchmark::DoNotOptimize(scene.drive.follow(local, scene.target(local, received, {}), true, 1));
     benchmark::DoNotOptimize(scene);
   }
 }
@@ -94,7 +94,7 @@ void composed_reference(benchmark::State& state) {
     sensed.f[0] = in.f;
     const Motion<1> received{Joints<1>(in.x_r), Joints<1>(in.v_r), Joints<1>(in.f_r)};
     const Motion<1> local = scene.drive.observe(sensed, 1);
-    benchmark::DoNotOptimize(scene.drive.follow(local, scene.target(local, received), true, 1));
+    benchmark::DoNotOptimize(scene.drive.follow(local, scene.target(local, received, {}), true, 1));
     benchmark::DoNotOptimize(scene);
   }
 }

@@ -1,5 +1,7 @@
 #include "tests/lab/bare_law.hpp"
 
+#include <stdexcept>
+
 #include "common/scene/four_channel.hpp"
 
 namespace farhand {
@@ -12,14 +14,14 @@ class BlockLaw final : public BareLaw<double> {
 
   void reset(double x, const Sent<double>& received) noexcept override {
     scene_.drive.reset({.x = Joints<1>(x)});
-    scene_.start(motion(received));
+    scene_.start({}, motion(received));
   }
   Sent<double> observe(double x) noexcept override {
     local_ = scene_.drive.observe({.x = Joints<1>(x)}, 1);
     return {local_.x[0], local_.v[0], local_.f[0]};
   }
   double follow(const Sent<double>& received) noexcept override {
-    return scene_.drive.follow(local_, scene_.target(local_, motion(received)), true, 1).torque[0];
+    return scene_.drive.follow(local_, scene_.target(local_, motion(received), {}), true, 1).torque[0];
   }
   std::uint32_t limits() const noexcept override { return scene_.drive.active_limits(); }
 
@@ -43,9 +45,10 @@ std::unique_ptr<BareLaw<double>> make_block_law(Architecture architecture, const
     case Architecture::kMediated:
       return std::make_unique<BlockLaw<FourChannelMediated>>(params);
     case Architecture::kFourChannel:
-      break;
+      return std::make_unique<BlockLaw<FourChannel>>(params);
+    default:
+      throw std::invalid_argument(kNoBareLaw);
   }
-  return std::make_unique<BlockLaw<FourChannel>>(params);
 }
 
 }  // namespace farhand

@@ -28,6 +28,9 @@ class BareLaw {
   virtual std::uint32_t limits() const noexcept = 0;  // that acted on it
 };
 
+inline constexpr const char* kNoBareLaw =
+    "the bare loop knows plain four channels, with CDOB and with SDCV; this architecture runs in whole sessions only";
+
 // The product's blocks.
 std::unique_ptr<BareLaw<double>> make_block_law(Architecture architecture, const SceneParams& params);
 // The same by hand, in any scalar.

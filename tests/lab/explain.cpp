@@ -32,6 +32,8 @@ struct Facts {
         cdob(has_cdob(s)),
         sdcv(has_sdcv(s)),
         mediated(is_mediated(s)),
+        two_channel(is_two_channel(s)),
+        wave(is_wave(s)),
         elastic(s.slave().device() == scene::SERIES_ELASTIC) {
     double at = 0;
     for (const scene::Movement& m : s.master().therapist().intended()) {
@@ -57,7 +59,7 @@ struct Facts {
   bool contact() const { return hand || wall; }
 
   double delay_s, jitter_s, loss;
-  bool cdob, sdcv, mediated, elastic;
+  bool cdob, sdcv, mediated, two_channel, wave, elastic;
   bool hand_given = false, hand = false, wall_given = false, wall = false;
   double reach = 0;     // largest |angle| that the therapist intends, rad
   double touch_nm = 0;  // most that the hand can press back with there
@@ -152,7 +154,9 @@ class Builder {
       }
     } else {
       lacks(Place::kMaster, BlockId::kCdob, "CDOB",
-            f_.mediated      ? std::string("architecture = MODEL_MEDIATED: no loop crosses the network")
+            f_.mediated                 ? std::string("architecture = MODEL_MEDIATED: no loop crosses the network")
+            : f_.two_channel || f_.wave ? say("architecture = ", scene::Architecture_Name(s_.architecture()),
+                                              ": there is no model of the slave to observe it by")
             : f_.delay_s > 0 ? say("architecture = FOUR_CHANNEL: ", ms(f_.delay_s), " round trip stay uncompensated")
                              : std::string("no delay (delay_s = 0 both ways): there is nothing to compensate"));
     }
@@ -191,6 +195,24 @@ class Builder {
             say("architecture = ", scene::Architecture_Name(s_.architecture()), ": the slave is felt, not a model"));
     }
     lacks(Place::kSlave, BlockId::kMediator, "mediator", "stands on the therapist's side only");
+    for (const Place place : {Place::kMaster, Place::kSlave}) {
+      const std::string architecture = say("architecture = ", scene::Architecture_Name(s_.architecture()));
+      if (f_.two_channel) {
+        has(place, BlockId::kTwoChannel, "two channels",
+            place == Place::kMaster
+                ? say("held to where the slave was: K_2 = ", c.k_2_nm_per_rad(), ", B_2 = ", c.b_2_nms_per_rad())
+                : say("gives the torque that this took; damping ", c.b_slave_nms_per_rad(), " N m s/rad"));
+      } else {
+        lacks(place, BlockId::kTwoChannel, "two channels", architecture);
+      }
+      if (f_.wave) {
+        has(place, BlockId::kWave, "wave",
+            say("power goes each way over a line of b = ", c.wave_b_nms_per_rad(), " N m s/rad; ",
+                scene::WaveMatching_Name(c.wave_matching()), " matched"));
+      } else {
+        lacks(place, BlockId::kWave, "wave", architecture);
+      }
+    }
     lacks(Place::kSlave, BlockId::kCdob, "CDOB", "stands on the therapist's side only");
     lacks(Place::kSlave, BlockId::kSdcv, "SDCV", "stands on the therapist's side only");
   }

@@ -21,6 +21,8 @@ enum class BlockId : std::uint8_t {
   kCdob,
   kSdcv,
   kMediator,
+  kTwoChannel,
+  kWave,
   kTorqueGate,
   kReferenceGate,
   kBlend,

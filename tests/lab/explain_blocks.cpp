@@ -5,6 +5,8 @@
 #include "common/control/limits.hpp"
 #include "common/control/mediator.hpp"
 #include "common/control/sdcv.hpp"
+#include "common/control/two_channel.hpp"
+#include "common/control/wave.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/scene/blend.hpp"
 #include "common/scene/patient_guard.hpp"
@@ -85,6 +87,23 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
       Mediator<1> mediator(d.K, d.dt_s);
       mediator.reset(remote(in, 0));
       return each_tick(in, [&](std::size_t k) { keep(mediator.step(local(in, k), remote(in, k))); });
+    }
+    case BlockId::kTwoChannel:
+      return each_tick(in, [&](std::size_t k) { keep(held_to(p.scene.two_channel, local(in, k), remote(in, k))); });
+    case BlockId::kWave: {
+      ReceivedWave<1> received(d.dt_s);
+      if (p.role == Role::kLeader) {
+        MasterWave<1> wave(p.scene.wave);
+        return each_tick(in, [&](std::size_t k) {
+          wave.step(local(in, k).v, received.step(remote(in, k).f, 1, false));
+          keep(wave.sent());
+        });
+      }
+      SlaveWave<1> wave(p.scene.wave, d.dt_s);
+      return each_tick(in, [&](std::size_t k) {
+        wave.step(local(in, k), received.step(remote(in, k).f, 1, false), remote(in, k).x, 1);
+        keep(wave.sent());
+      });
     }
     case BlockId::kTorqueGate: {
       TorqueGate<1> gate(d.gate, d.dt_s);

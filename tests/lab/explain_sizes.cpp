@@ -5,6 +5,7 @@
 #include "common/control/limits.hpp"
 #include "common/control/mediator.hpp"
 #include "common/control/sdcv.hpp"
+#include "common/control/wave.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/device/simulated_axis.hpp"
 #include "common/link/codec.hpp"
@@ -42,6 +43,10 @@ std::size_t size_of(const Block& block) {
       return sizeof(Sdcv<1>);
     case BlockId::kMediator:
       return sizeof(Mediator<1>);
+    case BlockId::kTwoChannel:
+      return sizeof(TwoChannelParams);
+    case BlockId::kWave:
+      return (block.place == Place::kMaster ? sizeof(MasterWave<1>) : sizeof(SlaveWave<1>)) + sizeof(ReceivedWave<1>);
     case BlockId::kTorqueGate:
       return sizeof(TorqueGate<1>);
     case BlockId::kReferenceGate:
