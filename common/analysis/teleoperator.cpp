@@ -91,7 +91,7 @@ int growing_motions(const TwoChannels& t, double factor) {
   const double K_f = t.master.K_f;
   const auto felt = [&](const SideResponse::Sent& sent) { return K_f * (t.K_2 * sent.x + t.B_2 * sent.v); };
   const auto held = [&](Complex z) { return felt(master.to_acceleration(z)); };
-  const auto damped = [&](Complex z) { return K_f * t.B_slave * t.slave(z).v; };
+  const auto damped = [&](Complex z) { return t.K_f_slave * t.B_slave * t.slave(z).v; };
   const int alone = zeros_outside(held, 0, factor) + zeros_outside(damped, 0, factor);
   if (alone > 0) return alone;
   const auto open = [&](Complex z) {

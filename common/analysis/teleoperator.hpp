@@ -36,6 +36,7 @@ int growing_motions(const Teleoperator& teleoperator, double factor = 1.0);
 struct TwoChannels {
   SideLoop master;
   std::function<SideResponse::Sent(std::complex<double> z)> slave;
+  double K_f_slave = 250.0;
   int round_trip = 2;
   double K_2 = 5.0, B_2 = 0.05, B_slave = 0.1;
 };

@@ -188,6 +188,11 @@ void check_together(Checker& checker, const scene::Scene& scene) {
   else
     check_start(checker, scene.slave().motor(), "slave.motor.");
   check_serial_line(checker, scene);
+  const scene::Control& control = scene.control();
+  if (scene.architecture() == scene::WAVE && (control.position_scale() != 1 || control.force_scale() != 1))
+    checker.complain("control.position_scale",
+                     "control.position_scale and control.force_scale must be 1 with architecture WAVE: a wave has one "
+                     "impedance on both sides");
   if (scene.slave().has_hand()) check_order(checker, scene.slave().hand(), "slave.hand.", "from_s", "until_s");
   for (const bool master : {true, false}) {
     const scene::Motor& motor = master ? scene.master().motor() : scene.slave().motor();

@@ -32,7 +32,7 @@ double reach(const scene::Scene& scene, const Contact& contact) {
   double furthest = 0.0;
   const double until = std::min({contact.until_s, scene.duration_s(), motion.end() + kEvery});
   const auto look = [&](double t) {
-    const double away = motion.at(t).x - contact.rest;
+    const double away = motion.at(t).x - contact.rest / scale_of(scene).position;
     if (contact.one_sided && away * (contact.rest < 0 ? -1.0 : 1.0) < 0) return;
     furthest = std::max(furthest, std::abs(away));
   };
@@ -42,6 +42,12 @@ double reach(const scene::Scene& scene, const Contact& contact) {
 }
 
 }  // namespace
+
+Scale scale_of(const scene::Scene& scene) { return {scene.control().position_scale(), scene.control().force_scale()}; }
+double master_K_f(const scene::Scene& scene) {
+  const auto [position, force] = scale_of(scene);
+  return scene.control().k_f_per_kgm2() / (position * force);
+}
 
 bool is_elastic(const scene::Scene& scene) { return scene.slave().device() == scene::SERIES_ELASTIC; }
 bool has_cdob(const scene::Scene& scene) {
@@ -78,7 +84,10 @@ std::vector<Contact> contacts(const scene::Scene& scene) {
 
 SideLoop master_loop(const scene::Scene& scene) {
   const MasterWorld::Params p = master_world_params(scene);
-  return side_loop(scene, scene.master().axis(), {p.motor.J + p.load.J_h, p.motor.viscous + p.load.B_h, p.load.K_h});
+  SideLoop loop =
+      side_loop(scene, scene.master().axis(), {p.motor.J + p.load.J_h, p.motor.viscous + p.load.B_h, p.load.K_h});
+  loop.K_f = master_K_f(scene);
+  return loop;
 }
 
 SideLoop direct_slave_loop(const scene::Scene& scene, const Contact& contact) {
@@ -121,18 +130,20 @@ double needed_playout_s(const scene::Path& path) {
 
 std::optional<SteadyContact> steady_contact(const scene::Scene& scene, const Contact& contact) {
   if (!(contact.k > 0.0)) return {};
+  const auto [position, force] = scale_of(scene);
   return SteadyContact{.K_h = master_world_params(scene).load.K_h,
                        .reach = reach(scene, contact),
-                       .k = contact.k,
+                       .k = position * force * contact.k,
                        .K_p = scene.control().k_p_per_s2(),
-                       .K_f = scene.control().k_f_per_kgm2()};
+                       .K_f = master_K_f(scene)};
 }
 
 double alpha_in(const scene::Scene& scene, const Contact& contact) {
   if (!has_cdob(scene)) return 0.0;
   const auto steady = steady_contact(scene, contact);
   if (!has_sdcv(scene) || !steady) return 1.0;
-  const double f_1 = scene.control().f_1_nm(), f_2 = scene.control().f_2_nm();
+  const double force = scale_of(scene).force;
+  const double f_1 = force * scene.control().f_1_nm(), f_2 = force * scene.control().f_2_nm();
   if (scene.control().local_model() == scene::THESIS) return resting_alpha(*steady, f_1, f_2);
   return std::clamp((f_2 - steady->slave_torque(0.0)) / (f_2 - f_1), 0.0, 1.0);  // this model costs no force
 }
@@ -156,8 +167,13 @@ Teleoperator teleoperator(const scene::Scene& scene, const Contact& contact) {
   Teleoperator t;
   t.master = master_loop(scene);
   t.round_trip = round_trip_ticks(scene);
-  t.slave = is_elastic(scene) ? orthosis_slave(orthosis_loop(scene, contact), tick, scene.control().g_v_rad_s())
-                              : direct_slave(direct_slave_loop(scene, contact));
+  t.slave = [slave = is_elastic(scene)
+                         ? orthosis_slave(orthosis_loop(scene, contact), tick, scene.control().g_v_rad_s())
+                         : direct_slave(direct_slave_loop(scene, contact)),
+             scale = scale_of(scene)](std::complex<double> z) {
+    const SideResponse::Sent sent = slave(z);
+    return SideResponse::Sent{sent.x, sent.v, scale.position * scale.force * sent.f};
+  };
   t.compensated = has_cdob(scene);
   t.with_force = scene.control().local_model() == scene::WITH_FORCE;
   t.alpha = alpha_in(scene, contact);
@@ -175,6 +191,7 @@ TwoChannels two_channels(const scene::Scene& scene, const Contact& contact) {
           .slave = is_elastic(scene)
                        ? orthosis_slave(force_alone(orthosis_loop(scene, contact)), scene.tick_s(), c.g_v_rad_s())
                        : direct_slave(force_alone(direct_slave_loop(scene, contact))),
+          .K_f_slave = c.k_f_per_kgm2(),
           .round_trip = round_trip_ticks(scene),
           .K_2 = c.k_2_nm_per_rad(),
           .B_2 = c.b_2_nms_per_rad(),

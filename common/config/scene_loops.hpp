@@ -8,6 +8,7 @@
 
 #include "common/analysis/steady_contact.hpp"
 #include "common/analysis/teleoperator.hpp"
+#include "common/scene/params.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {
@@ -21,6 +22,11 @@ struct Contact {
 
 // Free motion first, then what the slave touches within the run.
 std::vector<Contact> contacts(const scene::Scene& scene);
+
+// Where the sides differ in size, their common loop is looked at in the size of the master: angles of the slave over
+// position_scale, its torques times force_scale. The inertia of force of the master's law is that of the slave's then.
+Scale scale_of(const scene::Scene& scene);
+double master_K_f(const scene::Scene& scene);
 
 // With the therapist's arm in it.
 SideLoop master_loop(const scene::Scene& scene);
@@ -42,7 +48,7 @@ double slave_radius(const scene::Scene& scene, const Contact& contact);
 // How long packets of this path are held so that nearly all arrive in their turn: the play-out's depth.
 double needed_playout_s(const scene::Path& path);
 
-// At rest in this contact; nothing in free motion.
+// At rest in this contact, in the size of the master; nothing in free motion.
 std::optional<SteadyContact> steady_contact(const scene::Scene& scene, const Contact& contact);
 
 // The share of the compensation that stands in the master's law in this contact.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "common/config/scene_loops.hpp"
 #include "common/device/mcu_frame.hpp"
 
 namespace farhand {
@@ -153,7 +154,12 @@ PatientLimits patient_limits(const scene::Slave& slave) {
 }  // namespace
 
 StationParams master_station_params(const scene::Scene& scene, std::uint32_t session) {
-  return station_params(scene, Role::kLeader, scene.master().axis(), session);
+  StationParams p = station_params(scene, Role::kLeader, scene.master().axis(), session);
+  p.scale = scale_of(scene);
+  p.scene.drive.K.K_f = master_K_f(scene);
+  p.scene.sdcv.f_1 *= p.scale.force;
+  p.scene.sdcv.f_2 *= p.scale.force;
+  return p;
 }
 
 StationParams slave_station_params(const scene::Scene& scene, std::uint32_t session) {

@@ -246,20 +246,23 @@ class Warner {
     if (spectral_radius(slave) >= 1.0) return;
     const double slave_counts = s_.slave().motor().encoder_counts_per_rev();
     const std::string encoders = encoder + " and " + is("slave.motor.encoder_counts_per_rev", slave_counts);
-    judge("master", encoders, std::hypot(encoder_noise(master, counts), encoder_noise(master, slave, slave_counts)));
-    judge("slave", encoders, std::hypot(encoder_noise(slave, slave_counts), encoder_noise(slave, master, counts)));
+    const double size = scale_of(s_).position;  // of a count, on the other side
+    judge("master", encoders,
+          std::hypot(encoder_noise(master, counts), encoder_noise(master, slave, size * slave_counts)));
+    judge("slave", encoders,
+          std::hypot(encoder_noise(slave, slave_counts), encoder_noise(slave, master, counts / size)));
   }
 
   // What the compensation takes from the force is given back only above f_2.
   void compensation() {
     if (!has_sdcv(s_) || s_.control().local_model() == scene::WITH_FORCE) return;
-    const double f_1 = s_.control().f_1_nm(), f_2 = s_.control().f_2_nm();
+    const double f_1 = s_.control().f_1_nm(), f_2 = s_.control().f_2_nm(), force = scale_of(s_).force;
     for (const Contact& contact : contacts(s_)) {
       const auto steady = steady_contact(s_, contact);
       if (!steady || steady->reach == 0.0) continue;
-      const double alpha = resting_alpha(*steady, f_1, f_2);
+      const double alpha = resting_alpha(*steady, force * f_1, force * f_2);
       if (alpha < 0.01) continue;
-      const double most = largest_f_2(*steady, f_1);
+      const double most = largest_f_2(*steady, force * f_1) / force;
       say(is("control.f_2_nm", f_2) + " N m is not reached in " + contact.name + ": alpha stays at " + rounded(alpha) +
           (most > f_1 ? "; f_2 at most " + rounded(most) + " N m would be"
                       : "; with " + is("control.f_1_nm", f_1) + " N m no f_2 would be"));
@@ -278,10 +281,14 @@ class Warner {
     const auto within = [&](const std::string& prefix, const char* min_name, double min, const char* max_name,
                             double max) {
       constexpr double kSlack = 1e-6;
-      if (high > max + kSlack)
-        say("master.therapist.intended goes to " + rounded(high) + " rad, beyond " + is(prefix + max_name, max));
-      if (low < min - kSlack)
-        say("master.therapist.intended goes to " + rounded(low) + " rad, beyond " + is(prefix + min_name, min));
+      const double size = prefix.starts_with("slave") ? scale_of(s_).position : 1.0;
+      const std::string there = size == 1.0 ? "" : " at the slave";
+      if (size * high > max + kSlack)
+        say("master.therapist.intended goes to " + rounded(size * high) + " rad" + there + ", beyond " +
+            is(prefix + max_name, max));
+      if (size * low < min - kSlack)
+        say("master.therapist.intended goes to " + rounded(size * low) + " rad" + there + ", beyond " +
+            is(prefix + min_name, min));
     };
     const auto range = [&](const std::string& side, const scene::Axis& axis) {
       within(side + ".axis.", "range_min_rad", axis.range_min_rad(), "range_max_rad", axis.range_max_rad());

@@ -114,8 +114,11 @@ double interpolate(const std::vector<double>& t_s, const std::vector<double>& y,
   return y[k - 1] + (y[k] - y[k - 1]) * (t - t_s[k - 1]) / (t_s[k] - t_s[k - 1]);
 }
 
-AlignedSession align(const Session& session) {
+AlignedSession align(const Session& session, const scene::Scene& scene) {
   AlignedSession out;
+  out.position_scale = scene.control().has_position_scale() ? scene.control().position_scale() : 1.0;
+  out.force_scale = scene.control().has_force_scale() ? scene.control().force_scale() : 1.0;
+  const double p = out.position_scale, q = out.force_scale;
   const auto angle_known = [](const StationSample& s) {
     return std::isfinite(s.true_x_rad) && std::isfinite(s.true_v_rad_s);
   };
@@ -134,14 +137,15 @@ AlignedSession align(const Session& session) {
   for (std::size_t k = 0; k < s.t_s.size(); ++k) {
     const double sent = s.t_s[k] - s.playout_delay_s[k];
     const bool engaged = s.state[k] == kEngaged && engaged_at(m, sent);
-    out.tracking_rad.push_back(engaged ? s.x_rad[k] - interpolate(m.t_s, m.x_rad, sent) : kAbsent);
+    out.tracking_rad.push_back(engaged ? s.x_rad[k] - p * interpolate(m.t_s, m.x_rad, sent) : kAbsent);
   }
   for (std::size_t k = 0; k < m.t_s.size(); ++k) {
     const double now = m.t_s[k], sent = now - m.playout_delay_s[k];
     const bool engaged = m.state[k] == kEngaged;
-    out.force_error_nm.push_back(engaged && engaged_at(s, now) ? m.F_nm[k] - interpolate(s.t_s, s.F_nm, now) : kAbsent);
-    out.force_error_delayed_nm.push_back(engaged && engaged_at(s, sent) ? m.f_nm[k] + interpolate(s.t_s, s.f_nm, sent)
-                                                                        : kAbsent);
+    out.force_error_nm.push_back(engaged && engaged_at(s, now) ? m.F_nm[k] - q * interpolate(s.t_s, s.F_nm, now)
+                                                               : kAbsent);
+    out.force_error_delayed_nm.push_back(
+        engaged && engaged_at(s, sent) ? m.f_nm[k] + q * interpolate(s.t_s, s.f_nm, sent) : kAbsent);
   }
   out.energy_master_j = absorbed_energy(m, +1);
   out.energy_slave_j = absorbed_energy(s, -1);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/record/session.hpp"
+#include "proto/scene.pb.h"
 
 namespace farhand {
 
@@ -25,20 +26,21 @@ struct SideCurves {
 };
 
 struct AlignedSession {
-  bool true_angle = false;   // x and v are those of the simulated world, on both sides
-  bool true_torque = false;  // F likewise
-  bool link_known = false;   // T_p rests on measured one-way delays, not on half the round trip
+  bool true_angle = false;                     // x and v are those of the simulated world, on both sides
+  bool true_torque = false;                    // F likewise
+  bool link_known = false;                     // T_p rests on measured one-way delays, not on half the round trip
+  double position_scale = 1, force_scale = 1;  // of the scene: where the sides differ in size
   SideCurves master, slave;
   // Each error is NaN where a side is not engaged or its value is unknown.
-  std::vector<double> tracking_rad;            // at the slave's ticks: x_s(t) - x_m(t - T_p)
-  std::vector<double> force_error_nm;          // at the master's ticks: F_m(t) - F_s(t)
-  std::vector<double> force_error_delayed_nm;  // at the master's ticks: f_m(t) + f_s(t - T_p), as felt
+  std::vector<double> tracking_rad;            // at the slave's ticks: x_s(t) - position_scale x_m(t - T_p)
+  std::vector<double> force_error_nm;          // at the master's ticks: F_m(t) - force_scale F_s(t)
+  std::vector<double> force_error_delayed_nm;  // at the master's ticks: f_m(t) + force_scale f_s(t - T_p), as felt
   std::vector<double> energy_master_j;  // at the master's ticks: taken from the therapist so far, integral of F_m dx_m
   std::vector<double> energy_slave_j;   // at the slave's ticks: taken from the hand so far, integral of -F_s dx_s
 };
 
 // Ticks whose time is not finite, or not after the one before, are left out.
-AlignedSession align(const Session& session);
+AlignedSession align(const Session& session, const scene::Scene& scene);
 
 // Linear between ticks; NaN outside the recording, within a hole, and next to a NaN.
 double interpolate(const std::vector<double>& t_s, const std::vector<double>& y, double t);

@@ -146,7 +146,7 @@ std::vector<SessionEvent> events_of(const Session& session) {
 }  // namespace
 
 Figures::Figures(const Session& session, const scene::Scene& scene)
-    : session_(session), scene_(scene), aligned_(align(session)), events_(events_of(session)) {
+    : session_(session), scene_(scene), aligned_(align(session, scene)), events_(events_of(session)) {
   double from = std::numeric_limits<double>::infinity(), until = -from;
   for (const auto* side : {&aligned_.master.t_s, &aligned_.slave.t_s}) {
     if (side->empty()) continue;

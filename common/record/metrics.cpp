@@ -126,14 +126,15 @@ void steady_ratios(const AlignedSession& a, const scene::Scene& scene, const Spa
       out.set_absent(key, "no torque on the hand at the end of the contact window");
     return;
   }
-  out.set("force_ratio", F_m.mean() / F_s.mean());
-  const double rest = rest_angle(scene.slave()), depth_m = x_m.mean() - rest, depth_s = x_s.mean() - rest;
+  out.set("force_ratio", F_m.mean() / (a.force_scale * F_s.mean()));
+  const double rest = rest_angle(scene.slave()), depth_m = x_m.mean() - rest / a.position_scale,
+               depth_s = x_s.mean() - rest;
   if (!std::isfinite(rest)) {
     out.set_absent("k_seen_ratio", "nothing is in the orthosis, so there is no rest angle");
   } else if (!(std::abs(depth_m) >= kLeastAngle_rad && std::abs(depth_s) >= kLeastAngle_rad)) {
     out.set_absent("k_seen_ratio", "a side is at the rest angle at the end of the contact window");
   } else {
-    out.set("k_seen_ratio", (F_m.mean() / depth_m) / (F_s.mean() / depth_s));
+    out.set("k_seen_ratio", (F_m.mean() / depth_m) / (a.position_scale * a.force_scale * F_s.mean() / depth_s));
   }
 }
 
@@ -222,7 +223,8 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
                    E_s = over(a.slave.t_s, a.energy_slave_j, everything());
   Statistics both;
   for (std::size_t k = 0; k < a.master.t_s.size(); ++k)
-    both.add(a.energy_master_j[k] + interpolate(a.slave.t_s, a.energy_slave_j, a.master.t_s[k]));
+    both.add(a.energy_master_j[k] +
+             a.force_scale / a.position_scale * interpolate(a.slave.t_s, a.energy_slave_j, a.master.t_s[k]));
   const auto least = [&](std::string_view key, const Statistics& s) {
     if (s.count == 0)
       out.set_absent(key, "nothing was recorded");
@@ -381,7 +383,7 @@ const std::vector<std::string>& Metrics::list(std::string_view key) const {
 
 Metrics compute_metrics(const Session& session, const scene::Scene& scene) {
   Metrics out;
-  const AlignedSession aligned = align(session);
+  const AlignedSession aligned = align(session, scene);
   out.set("scene", session.scene_name);
   out.set("seed", session.seed);
   out.set("force_source", std::string(aligned.true_torque ? "true" : "estimated"));

@@ -23,7 +23,8 @@ struct MetricInfo {
 
 // F_m: torque of the therapist on the device; F_s: torque of the device on the hand; T_p: play-out delay in force,
 // which is the transit of the fastest packet so far (from its tick of sending to the first tick that could show it)
-// plus the depth of the buffer. `farhand-lab schema` prints this table.
+// plus the depth of the buffer. Where the sides differ in size, the slave's torques count times force_scale and the
+// master's angles times position_scale, so that what is ideal stays 1 and 0. `farhand-lab schema` prints this table.
 inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"scene", "", "name of the scene"},
     {"seed", "1", "seed of every random choice"},

@@ -51,8 +51,16 @@ enum class Architecture : std::uint8_t {
   kWaveSlave,
 };
 
+// Where the sides differ in size, what crosses the network is the slave's, and the master's station converts.
+struct Scale {
+  double position = 1.0;  // angle of the slave per angle of the master
+  double force = 1.0;     // torque at the master per torque at the slave
+  bool any() const noexcept { return position != 1.0 || force != 1.0; }
+};
+
 struct StationParams {
   Role role = Role::kLeader;
+  Scale scale;  // the leader's only
   Architecture architecture = Architecture::kFourChannel;
   SceneParams scene;
   ReceiverParams receive;

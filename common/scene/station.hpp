@@ -38,7 +38,8 @@ class Station {
         receiver_(p.receive, p.session),
         engagement_(p.role, p.engagement),
         homing_(p.homing, p.scene.drive.K, p.scene.drive.dt_s),
-        blend_(p.blend_s, p.align_speed) {
+        blend_(p.blend_s, p.align_speed),
+        scaled_(p.scale.any()) {
     if (p.role == Role::kFollower) guard_.emplace(p.guard, p.scene.drive);
   }
 
@@ -57,6 +58,7 @@ class Station {
   // The follower refuses to be taken by a leader that is further away than this, whatever the leader says (5 degrees).
   static constexpr double kFollowerGate = 0.0873;
   static constexpr double kLeap = 0.75e-3;  // rad
+  static constexpr int kAfterGap = 20;      // ticks; what compensates answers the catching up a few later
 
   // A reading that lies further outside of the range of motion than half its width is none of this device.
   bool in_range() const noexcept {
@@ -160,12 +162,24 @@ class Station {
   }
 
   // While the leader aligns, the peer's device may come back from elsewhere (its cable was out), and what is shown of
-  // it may jump in time, as after a gap of the network, also while the engagement still fades. A step that its own
-  // velocity does not explain is faded in like any other change of source. (The follower has its guard.)
+  // it may jump in time; and so it may after a gap of the network while the engagement still fades. A step that its own
+  // velocity does not explain is faded in like any other change of source. (The follower has its guard. Without a gap a
+  // step is but a count of a coarse encoder, and fading in each of those would never end.)
   bool leapt(const Motion<N>& source, int ticks) const noexcept {
     const bool engaging = trace_.state == StationState::kAligning ||
-                          (trace_.state == StationState::kEngaged && !guard_ && !blend_.done());
+                          (gap_ > 0 && trace_.state == StationState::kEngaged && !guard_ && !blend_.done());
     return engaging && ((source.x - x_source_).abs() > kLeap + 1.25 * dt_s_ * ticks * source.v.abs()).any();
+  }
+
+  Motion<N> in_own_size(const Motion<N>& peer) const noexcept {
+    if (!scaled_) return peer;
+    const auto [position, force] = params_.scale;
+    return {peer.x / position, peer.v / position, peer.f * force};
+  }
+  Motion<N> in_size_of_peer(const Motion<N>& own) const noexcept {
+    if (!scaled_) return own;
+    const auto [position, force] = params_.scale;
+    return {own.x * position, own.v * position, own.f / force};
   }
 
   void fill(Packet<N>& packet, Nanoseconds now) noexcept {
@@ -176,8 +190,11 @@ class Station {
     packet.expiry_ms = params_.expiry_ms;
     packet.state = trace_.state;
     packet.limits = trace_.limits;
-    packet.motion = trace_.local;
-    if constexpr (requires { scene_.outgoing(trace_.local); }) packet.motion = scene_.outgoing(trace_.local);
+    if constexpr (requires { scene_.outgoing(trace_.local); }) {
+      packet.motion = in_size_of_peer(scene_.outgoing(trace_.local));
+    } else {
+      packet.motion = in_size_of_peer(trace_.local);
+    }
   }
 
   StationParams params_;
@@ -196,7 +213,9 @@ class Station {
   double zero_ = 0.0;  // rad, found by homing
   std::uint32_t seq_ = 0;
   bool was_usable_ = false;
+  int gap_ = 0;  // ticks in which a gap of the network still counts
   bool changed_ = false;
+  bool scaled_;
 };
 
 template <class S>
@@ -215,7 +234,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   was_usable_ = usable;
 
   const Played<N> played = receiver_.play(now);
-  trace_.remote = played.any ? played.motion : own_motion();
+  trace_.remote = played.any ? in_own_size(played.motion) : own_motion();
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
 
@@ -231,6 +250,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
     trace_.target = blend_.step(source, elsewhere ? 0.0 : dt_s_ * ticks);
   }
   x_source_ = source.x;
+  gap_ = played.held ? kAfterGap : std::max(gap_ - ticks, 0);
   trace_.compensation = scene_.compensation();
 
   // Homing has its own gate: neither range nor peer count in it.

@@ -44,7 +44,7 @@ struct Facts {
     const scene::Hand& h = s.slave().hand();
     hand_given = s.slave().has_hand();
     hand = hand_given && (h.stiffness_nm_per_rad() > 0 || h.damping_nms_per_rad() > 0) && h.from_s() < s.duration_s();
-    if (hand) touch_nm = h.stiffness_nm_per_rad() * (reach + std::fabs(h.rest_rad()));
+    if (hand) touch_nm = h.stiffness_nm_per_rad() * (scale_of(s).position * reach + std::fabs(h.rest_rad()));
     const double min = elastic ? s.slave().series_elastic().stop_min_rad() : s.slave().motor().stop_min_rad();
     const double max = elastic ? s.slave().series_elastic().stop_max_rad() : s.slave().motor().stop_max_rad();
     wall_given = s.slave().has_wall();
@@ -195,6 +195,13 @@ class Builder {
             say("architecture = ", scene::Architecture_Name(s_.architecture()), ": the slave is felt, not a model"));
     }
     lacks(Place::kSlave, BlockId::kMediator, "mediator", "stands on the therapist's side only");
+    if (scale_of(s_).any()) {
+      has(Place::kMaster, BlockId::kScale, "scale",
+          say("the slave moves by ", c.position_scale(), " and is felt by ", c.force_scale()));
+    } else {
+      lacks(Place::kMaster, BlockId::kScale, "scale", "position_scale = force_scale = 1: both sides are of one size");
+    }
+    lacks(Place::kSlave, BlockId::kScale, "scale", "stands on the therapist's side only");
     for (const Place place : {Place::kMaster, Place::kSlave}) {
       const std::string architecture = say("architecture = ", scene::Architecture_Name(s_.architecture()));
       if (f_.two_channel) {

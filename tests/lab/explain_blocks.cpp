@@ -88,6 +88,11 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
       mediator.reset(remote(in, 0));
       return each_tick(in, [&](std::size_t k) { keep(mediator.step(local(in, k), remote(in, k))); });
     }
+    case BlockId::kScale:
+      return each_tick(in, [&](std::size_t k) {
+        const Motion<1> peer = remote(in, k);
+        keep(Motion<1>{peer.x / p.scale.position, peer.v / p.scale.position, peer.f * p.scale.force});
+      });
     case BlockId::kTwoChannel:
       return each_tick(in, [&](std::size_t k) { keep(held_to(p.scene.two_channel, local(in, k), remote(in, k))); });
     case BlockId::kWave: {

@@ -43,6 +43,8 @@ std::size_t size_of(const Block& block) {
       return sizeof(Sdcv<1>);
     case BlockId::kMediator:
       return sizeof(Mediator<1>);
+    case BlockId::kScale:
+      return sizeof(Scale);
     case BlockId::kTwoChannel:
       return sizeof(TwoChannelParams);
     case BlockId::kWave:
