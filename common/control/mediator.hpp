@@ -12,6 +12,10 @@
 // as x_0 says what the slave feels: the steady force does not depend on k. What is left to cross the network is x_0,
 // and the gain around that loop is (k_true - k)/(K_h + k): below 1 for every arm K_h if k is at least half of k_true.
 // A wall is a spring of kStiffest whose x_0 goes where the torque is right.
+//
+// While k is not learnt yet, a wall is softer in the model than it is, and the slave behind it presses by its own law:
+// a spring of K_p/K_f that x_0 brings to the therapist late. What comes late takes damping away, most of it from the
+// inertia 1/K_f on that spring (14 to 20 rad/s): x_0 is slow against that, and the damping is above it.
 #pragma once
 
 #include <algorithm>
@@ -65,10 +69,10 @@ class ContactModel {
   static constexpr double kFirst = 3.0;                      // N m/rad, before anything was learnt
   static constexpr double kSoftest = 0.2, kStiffest = 30.0;  // N m/rad
   static constexpr double kLearn = 50.0;                     // rad/s
-  static constexpr double kSettle = 10.0;                    // rad/s, of x_0
+  static constexpr double kSettle = 5.0;                     // rad/s, of x_0
   static constexpr double kSpeed = 0.5;                      // rad/s, of x_0 at most
   static constexpr double kGrowth = 10.0;                    // times in a second, k at most
-  static constexpr double kDamping = 0.5;  // ratio, of the model's spring and the inertia 1/K_f of both sides
+  static constexpr double kDamping = 0.8;  // ratio, of the model's spring and the inertia 1/K_f of both sides
   // From sample to sample, and how much the older ones weigh.
   static constexpr double kStepX = 2e-3, kStepF = 0.04;  // rad, N m
   static constexpr double kMemory = 0.97;
@@ -148,7 +152,7 @@ class Mediator {
 
  private:
   using Contacts = std::array<ContactModel, static_cast<std::size_t>(N)>;
-  static constexpr double kOnPurpose = 15.0;  // rad/s
+  static constexpr double kOnPurpose = 8.0;  // rad/s
 
   static Contacts make(double K_f, double dt_s) {
     return [&]<std::size_t... I>(std::index_sequence<I...>) { return Contacts{((void)I, ContactModel(K_f, dt_s))...}; }
