@@ -219,6 +219,18 @@ TEST(Mediated, EveryHandWallAndGripFrom20To300MillisecondsIsStableAndFeltAsItIs)
   Worst().run("four_channel_mediated", {0.02, 0.1, 0.3}, 1, 1.0);
 }
 
+// From free motion through first touch and ramp to rest; what is new to the model is felt a round trip late.
+TEST(Mediated, TheWholeRunIsFeltWithinThreeHundredthsOfANewtonMetre) {
+  for (const char* hand : {"0.5", "2", "5"}) {
+    const LoadedScene loaded = load_scene(
+        "four_channel_mediated",
+        std::vector<std::string>{"windows.contact.from_s=4", std::string("slave.hand.stiffness_nm_per_rad=") + hand});
+    const double error = compute_metrics(simulate(loaded), loaded.scene).number("force_error_rms_nm");
+    std::printf("hand of %s N m/rad: %.4f N m\n", hand, error);
+    EXPECT_LE(error, 0.03);
+  }
+}
+
 TEST(NightlyMediated, EveryHandWallAndGripOverTenSeeds) {
   Worst().run("four_channel_mediated", {0.02, 0.1, 0.3, 0.5}, 10, 1.0);
 }
