@@ -347,5 +347,22 @@ TEST(NightlyPrecision, OrdersAreThoseOfTheory) {
   expect_orders_of_theory("friction", 0.25 * M_PI * 20 / 0.05, scene("sea_friction", {}));
 }
 
+// What it does not know it says, and computes nothing else instead.
+TEST(BareLoop, RefusesWhatItDoesNotKnow) {
+  const auto refusal = [](const char* name, const char* set) {
+    try {
+      make_bare_run(load_scene(name, std::vector<std::string>{set}).scene, {BareMethod::kWorld, 0, 0});
+    } catch (const std::invalid_argument& refused) {
+      return std::string(refused.what());
+    }
+    return std::string();
+  };
+  for (const char* scene : {"two_channel", "wave"})
+    EXPECT_NE(refusal(scene, "seed=1").find("runs in whole sessions only"), std::string::npos) << scene;
+  for (const char* scale : {"control.position_scale=1.5", "control.force_scale=0.5"})
+    EXPECT_NE(refusal("four_channel", scale).find("sides of one size"), std::string::npos) << scale;
+  EXPECT_EQ(refusal("four_channel", "control.position_scale=1"), "");
+}
+
 }  // namespace
 }  // namespace farhand

@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <concepts>
+#include <stdexcept>
 
+#include "common/config/scene_loops.hpp"
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
 #include "slave/emulator_params.hpp"
@@ -131,6 +133,9 @@ void make_ideal(scene::Scene& scene) {
 }  // namespace
 
 std::unique_ptr<BareRun> make_bare_run(const scene::Scene& scene, const BareChoice& choice, bool ideal) {
+  if (scale_of(scene).any())
+    throw std::invalid_argument(
+        "the bare loop knows sides of one size: control.position_scale and control.force_scale must be 1");
   scene::Scene used = scene;
   if (ideal) make_ideal(used);
   return choice.method == BareMethod::kClosedFormLong ? run_of<long double>(used, choice)

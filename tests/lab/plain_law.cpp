@@ -37,6 +37,8 @@ std::unique_ptr<BareLaw<T>> make_plain_law(Architecture architecture, const Scen
       return std::make_unique<PlainLaw<PlainScene::kCdob, T>>(params);
     case Architecture::kCdobSdcv:
       return std::make_unique<PlainLaw<PlainScene::kCdobSdcv, T>>(params);
+    case Architecture::kMediated:
+      throw std::invalid_argument("architecture MODEL_MEDIATED is written in double only");
     case Architecture::kFourChannel:
       return std::make_unique<PlainLaw<PlainScene::kFourChannel, T>>(params);
     default:

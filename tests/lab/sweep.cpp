@@ -136,7 +136,7 @@ bool LockStep::suits(const scene::Scene& scene) {
     return !(m.coulomb_nm() > 0) && !m.has_lugre() && !(m.gravity_nm() > 0);
   };
   const scene::Method method = scene.world().method();
-  return joined_by_four_channels(scene) && scene.slave().device() == scene::DIRECT_DRIVE &&
+  return joined_by_four_channels(scene) && !scale_of(scene).any() && scene.slave().device() == scene::DIRECT_DRIVE &&
          plain(scene.master().motor()) && plain(scene.slave().motor()) &&
          (method == scene::AUTO || method == scene::CLOSED_FORM);
 }
