@@ -24,7 +24,7 @@ struct Contact {
 std::vector<Contact> contacts(const scene::Scene& scene);
 
 // Where the sides differ in size, their common loop is looked at in the size of the master: angles of the slave over
-// position_scale, its torques times force_scale. The inertia of force of the master's law is that of the slave's then.
+// position_scale, its torques times force_scale. Its law's K_f is then the slave's over both scales.
 Scale scale_of(const scene::Scene& scene);
 double master_K_f(const scene::Scene& scene);
 

@@ -24,7 +24,7 @@ struct SdcvParams {
 struct TwoChannelParams {
   double K_2 = 5.0;      // N m/rad, of the master to the slave's angle
   double B_2 = 0.05;     // N m s/rad
-  double B_slave = 0.1;  // N m s/rad, of the slave to where it is
+  double B_slave = 0.1;  // N m s/rad, damps the slave
 };
 
 // Which ends of the wave's line reflect nothing.

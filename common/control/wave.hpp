@@ -91,7 +91,7 @@ template <int N>
 class SlaveWave {
  public:
   SlaveWave(const WaveParams& p, double dt_s)
-      : p_(p), dt_s_(dt_s), root_(std::sqrt(2 * p.b)), line_(p.matching == Matching::kNone ? p.b : 2 * p.b) {}
+      : p_(p), dt_s_(dt_s), root_(std::sqrt(2 * p.b)), matched_(p.matching != Matching::kNone) {}
 
   void reset(const Joints<N>& x_s) noexcept {
     x_sd_ = x_s;
@@ -104,9 +104,9 @@ class SlaveWave {
   // for. F_s and V_sd depend on each other within the tick; x_sd is of the tick before.
   void step(const Motion<N>& local, const Joints<N>& v_s, const Joints<N>& x_m, int ticks) noexcept {
     const Joints<N> spring = p_.K_s * (x_sd_ - local.x) - p_.B_s * local.v;
-    V_sd_ = (root_ * v_s - spring) / (line_ + p_.B_s);
+    V_sd_ = (root_ * v_s - spring) / ((matched_ ? 2 * p_.b : p_.b) + p_.B_s);
     F_s_ = spring + p_.B_s * V_sd_;
-    u_s_ = line_ == p_.b ? Joints<N>((F_s_ - p_.b * V_sd_) / root_) : Joints<N>(F_s_ / root_);
+    u_s_ = matched_ ? Joints<N>(F_s_ / root_) : Joints<N>((F_s_ - p_.b * V_sd_) / root_);
     x_sd_ += dt_s_ * ticks * (V_sd_ + p_.drift * (x_m - x_sd_));
   }
   const Joints<N>& force() const noexcept { return F_s_; }  // on the hand
@@ -116,7 +116,8 @@ class SlaveWave {
 
  private:
   WaveParams p_;
-  double dt_s_, root_, line_;  // line_: force that a velocity of the line costs, N m s/rad
+  double dt_s_, root_;
+  bool matched_;
   Joints<N> x_sd_ = Joints<N>::Zero(), V_sd_ = Joints<N>::Zero();
   Joints<N> F_s_ = Joints<N>::Zero(), u_s_ = Joints<N>::Zero();
 };

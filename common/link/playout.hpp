@@ -11,9 +11,9 @@
 // the 1 - ln2/250 = 99.7 % quantile: all but 0.3 % of the range for uniform jitter, 2.8 sigma for normal; a later
 // packet is bridged by interpolation like a lost one, so chasing the maximum of a normal delay would only add delay.
 // The median is blind to spikes rarer than one in 0.5 s. A delay that rose for good shows in the smallest of the newest
-// four buckets, after 1 s. Lower end: the running minimum (of the bucket minima the last but one, against single wrong
-// stamps; their median would lie 1/250 of the range too high), which may rise by at most kSkewMax: that follows any
-// real clock, and a queue that builds up does not look like a clock. Skew needs no estimate of its own: the window
+// four buckets, after 1 s. Lower end: the running minimum (the second smallest of the bucket minima, against single
+// wrong stamps; their median would lie 1/250 of the range too high), which may rise by at most kSkewMax: that follows
+// any real clock, and a queue that builds up does not look like a clock. Skew needs no estimate of its own: the window
 // trails it by 2 to 4 s, 0.8 ms at 200 ppm.
 #pragma once
 
@@ -134,8 +134,8 @@ class PlayoutClock {
       high[i] = buckets_[i].high;
     }
     const auto middle = static_cast<std::ptrdiff_t>(filled_ / 2);
-    const auto last_but_one = std::min<std::ptrdiff_t>(middle, 1);
-    std::nth_element(low.begin(), low.begin() + last_but_one, low.begin() + static_cast<std::ptrdiff_t>(filled_));
+    const auto second = std::min<std::ptrdiff_t>(middle, 1);
+    std::nth_element(low.begin(), low.begin() + second, low.begin() + static_cast<std::ptrdiff_t>(filled_));
     std::nth_element(high.begin(), high.begin() + middle, high.begin() + static_cast<std::ptrdiff_t>(filled_));
     target_ = high[static_cast<std::size_t>(middle)];
     if (filled_ >= kNewest) {
@@ -143,7 +143,7 @@ class PlayoutClock {
       for (std::size_t back = 1; back <= kNewest; ++back) lasting = std::min(lasting, newest(back).high);
       target_ = std::max(target_, lasting);
     }
-    base_ = std::min(fastest(now), low[static_cast<std::size_t>(last_but_one)]);
+    base_ = std::min(fastest(now), low[static_cast<std::size_t>(second)]);
     base_time_ = now;
   }
 
