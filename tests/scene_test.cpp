@@ -70,7 +70,8 @@ TEST(Scene, CdobSdcvIsTheHandWrittenStep) { expect_the_same_torque_and_limits(Ar
 class RealTime : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(, RealTime,
                          testing::Values("four_channel", "four_channel_cdob", "four_channel_cdob_sdcv",
-                                         "four_channel_mediated", "two_channel", "wave", "sea_four_channel_cdob_sdcv",
+                                         "four_channel_mediated", "two_channel", "wave", "four_channel_tank",
+                                         "two_channel_po_pc", "sea_four_channel_cdob_sdcv",
                                          "sea_four_channel_mediated"),
                          [](const auto& scene) { return std::string(scene.param); });
 
@@ -81,8 +82,8 @@ TEST_P(RealTime, TouchesNeitherHeapNorMutexOver10000Ticks) {
   const std::unique_ptr<Side> slave = loaded.scene.slave().device() == scene::SERIES_ELASTIC
                                           ? make_emulated_slave(loaded.scene, 2)
                                           : make_simulated_slave(loaded.scene, 2);
-  using Datagram = std::array<std::byte, PacketCodec<1>::kSize>;
-  PacketCodec<1> codec;
+  using Datagram = std::array<std::byte, PacketCodec<1>::kSize + PacketCodec<1>::kEnergyBytes>;
+  PacketCodec<1> codec(master->carries_energy());
   DelayLine<Datagram, 64> forward(50), backward(50);
   ScratchDirectory scratch;
   record::RunInfo info;
@@ -94,7 +95,8 @@ TEST_P(RealTime, TouchesNeitherHeapNorMutexOver10000Ticks) {
     const std::span<const std::byte> bytes = codec.encode(sent);
     std::copy(bytes.begin(), bytes.end(), datagram.begin());
     Packet<1> packet;
-    if (codec.decode(line.step(datagram), packet) == DecodeResult::kOk) receiver.receive(packet, now);
+    const Datagram came = line.step(datagram);
+    if (codec.decode(std::span(came).first(bytes.size()), packet) == DecodeResult::kOk) receiver.receive(packet, now);
   };
   int engaged = 0;
   const auto tick = [&](int k) {

@@ -57,6 +57,8 @@ bool is_mediated(const scene::Scene& scene) { return scene.architecture() == sce
 bool has_sdcv(const scene::Scene& scene) { return scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV; }
 bool is_two_channel(const scene::Scene& scene) { return scene.architecture() == scene::TWO_CHANNEL; }
 bool is_wave(const scene::Scene& scene) { return scene.architecture() == scene::WAVE; }
+bool has_tanks(const scene::Scene& scene) { return scene.architecture() == scene::FOUR_CHANNEL_TANK; }
+bool has_passivity_controllers(const scene::Scene& scene) { return scene.architecture() == scene::TWO_CHANNEL_PO_PC; }
 bool joined_by_four_channels(const scene::Scene& scene) {
   return scene.architecture() == scene::FOUR_CHANNEL || has_cdob(scene);
 }

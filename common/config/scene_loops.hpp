@@ -39,6 +39,8 @@ bool is_mediated(const scene::Scene& scene);
 bool has_sdcv(const scene::Scene& scene);
 bool is_two_channel(const scene::Scene& scene);
 bool is_wave(const scene::Scene& scene);
+bool has_tanks(const scene::Scene& scene);
+bool has_passivity_controllers(const scene::Scene& scene);
 // One loop of four channels goes around both sides, and `teleoperator` is it.
 bool joined_by_four_channels(const scene::Scene& scene);
 

@@ -48,6 +48,10 @@ Architecture architecture_of(scene::Architecture architecture, Role role) {
       return master ? Architecture::kTwoChannelMaster : Architecture::kTwoChannelSlave;
     case scene::WAVE:
       return master ? Architecture::kWaveMaster : Architecture::kWaveSlave;
+    case scene::FOUR_CHANNEL_TANK:
+      return Architecture::kTank;
+    case scene::TWO_CHANNEL_PO_PC:
+      return master ? Architecture::kPassiveMaster : Architecture::kPassiveSlave;
     case scene::FOUR_CHANNEL_CDOB:
       return master ? Architecture::kCdob : Architecture::kFourChannel;
     case scene::FOUR_CHANNEL_CDOB_SDCV:
@@ -75,6 +79,10 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
                   .B_s = c.wave_b_s_nms_per_rad(),
                   .drift = c.wave_drift_per_s(),
                   .matching = matching_of(c.wave_matching())};
+  p.scene.tank = {.level = c.tank_level_j(),
+                  .alpha = c.tank_alpha_nms_per_rad_j(),
+                  .rate = c.tank_rate_per_s(),
+                  .B_fast = c.tank_b_fast_nms_per_rad()};
   p.architecture = architecture_of(scene.architecture(), role);
   p.receive.timeout = from_seconds(r.timeout_s());
   p.receive.playout_max = from_seconds(r.playout_max_s());
@@ -167,6 +175,7 @@ StationParams slave_station_params(const scene::Scene& scene, std::uint32_t sess
   StationParams p = station_params(scene, Role::kFollower, axis, session);
   p.scene.drive.gate.acceleration = axis.acceleration_limit_rad_s2();
   p.scene.drive.gate.speed = axis.velocity_limit_rad_s();
+  p.scene.tank.alpha = p.scene.tank.B_fast = 0.0;  // what the therapist does not feel does not tell him either
   p.guard.limits = patient_limits(scene.slave());
   p.guard.plausibility = plausibility_params(scene, p.scene.drive);
   p.guard.oscillation = {

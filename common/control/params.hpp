@@ -38,6 +38,13 @@ struct WaveParams {
   Matching matching = Matching::kNone;
 };
 
+struct TankParams {
+  double level = 0.05;  // J, desired
+  double alpha = 20.0;  // N m s/rad per J that is missing: fills the therapist's tank
+  double rate = 10.0;   // 1/s, of the level that is sent
+  double B_fast = 0.1;  // N m s/rad, on what of the therapist's motion is faster than on purpose
+};
+
 struct GateParams {
   double torque = 3.0;          // N m
   double torque_rate = 3000.0;  // N m/s

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/crc.hpp>
+#include <cmath>
 #include <stdexcept>
 
 #include "proto/packet.pb.h"
@@ -36,7 +37,7 @@ DecodeResult foreign(std::span<const std::byte> bytes, std::byte version_tag, De
 }
 
 template <int N>
-void to_message(const Packet<N>& packet, wire::Packet& message) {
+void to_message(const Packet<N>& packet, bool with_energy, wire::Packet& message) {
   message.set_version(kProtocolVersion);
   message.set_session(packet.session);
   message.set_seq(packet.seq);
@@ -56,6 +57,7 @@ void to_message(const Packet<N>& packet, wire::Packet& message) {
     message.set_v(i, packet.motion.v[i]);
     message.set_f(i, packet.motion.f[i]);
   }
+  if (with_energy) message.set_energy(packet.energy);
   message.set_crc32c(0);
 }
 
@@ -77,6 +79,7 @@ Packet<N> from_message(const wire::Packet& message) {
     packet.motion.v[i] = message.v(i);
     packet.motion.f[i] = message.f(i);
   }
+  packet.energy = message.energy();
   return packet;
 }
 
@@ -89,7 +92,10 @@ std::uint32_t crc32c(std::span<const std::byte> bytes) noexcept {
 }
 
 template <int N>
-PacketCodec<N>::PacketCodec() : message_(std::make_unique<wire::Packet>()) {
+PacketCodec<N>::PacketCodec(bool with_energy)
+    : with_energy_(with_energy),
+      size_(kSize + (with_energy ? kEnergyBytes : 0)),
+      message_(std::make_unique<wire::Packet>()) {
   std::size_t at = 0;
   const auto field = [&](std::size_t structure_bytes, std::size_t value_bytes) {
     std::fill_n(&structure_[at], structure_bytes, std::byte{0xFF});
@@ -97,11 +103,12 @@ PacketCodec<N>::PacketCodec() : message_(std::make_unique<wire::Packet>()) {
   };
   for (const std::size_t value_bytes : {4, 4, 4, 8, 4, 4, 8, 4, 4, 4, 4}) field(1, value_bytes);
   for (int vector = 0; vector < 3; ++vector) field(2, 8 * std::size_t{N});
+  if (with_energy) field(1, 8);
   field(2, kChecksumBytes);
 
   // Encoding once also brings message and checksum table into the state in which they allocate nothing more.
   const auto zeros = encode(Packet<N>{});
-  if (at != kSize || message_->ByteSizeLong() != kSize)
+  if (at != size_ || message_->ByteSizeLong() != size_)
     throw std::logic_error("proto/packet.proto and PacketCodec::kSize differ");
   std::transform(zeros.begin(), zeros.end(), structure_.begin(), skeleton_.begin(),
                  [](std::byte value, std::byte mask) { return value & mask; });
@@ -115,26 +122,27 @@ PacketCodec<N>::~PacketCodec() = default;
 
 template <int N>
 std::span<const std::byte> PacketCodec<N>::encode(const Packet<N>& packet) noexcept {
-  to_message(packet, *message_);
-  message_->SerializeToArray(buffer_.data(), static_cast<int>(kSize));
-  store_u32(crc32c(std::span(buffer_).first(kSize - kChecksumFieldBytes)), &buffer_[kSize - kChecksumBytes]);
-  return buffer_;
+  const std::span<std::byte> bytes = std::span(buffer_).first(size_);
+  to_message(packet, with_energy_, *message_);
+  message_->SerializeToArray(bytes.data(), static_cast<int>(size_));
+  store_u32(crc32c(bytes.first(size_ - kChecksumFieldBytes)), &bytes[size_ - kChecksumBytes]);
+  return bytes;
 }
 
 template <int N>
 DecodeResult PacketCodec<N>::decode(std::span<const std::byte> bytes, Packet<N>& out) noexcept {
-  if (bytes.size() != kSize) return foreign(bytes, skeleton_[0], DecodeResult::kSize);
-  for (std::size_t i = 0; i < kSize; ++i) {
+  if (bytes.size() != size_) return foreign(bytes, skeleton_[0], DecodeResult::kSize);
+  for (std::size_t i = 0; i < size_; ++i) {
     if ((bytes[i] & structure_[i]) != skeleton_[i]) return foreign(bytes, skeleton_[0], DecodeResult::kFormat);
   }
   if (!checksum_matches(bytes)) return DecodeResult::kChecksum;
-  if (!message_->ParseFromArray(bytes.data(), static_cast<int>(kSize))) return DecodeResult::kFormat;
+  if (!message_->ParseFromArray(bytes.data(), static_cast<int>(size_))) return DecodeResult::kFormat;
   if (message_->version() != kProtocolVersion) return DecodeResult::kVersion;
   if (message_->state() > static_cast<std::uint32_t>(kLastState) || (message_->limits() & ~kAllLimits) != 0) {
     return DecodeResult::kValue;
   }
   const Packet<N> packet = from_message<N>(*message_);
-  if (!packet.motion.finite()) return DecodeResult::kNotFinite;
+  if (!packet.motion.finite() || !std::isfinite(packet.energy)) return DecodeResult::kNotFinite;
   out = packet;
   return DecodeResult::kOk;
 }

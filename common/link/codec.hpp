@@ -21,12 +21,12 @@ class Packet;
 
 enum class DecodeResult : std::uint8_t {
   kOk,
-  kSize,       // not the size of a packet for this number of joints
+  kSize,       // not the size of a packet for this number of joints, with or without energy
   kFormat,     // a tag or a length differs
   kChecksum,   // damaged on the way
   kVersion,    // intact, but the peer speaks another version
   kValue,      // unknown state or limit bit
-  kNotFinite,  // NaN or Inf in position, velocity or torque
+  kNotFinite,  // NaN or Inf in position, velocity, torque or energy
 };
 inline constexpr std::size_t kDecodeResults = 7;
 
@@ -38,8 +38,9 @@ template <int N>
 class PacketCodec {
  public:
   static constexpr std::size_t kSize = 75 + 3 * 8 * std::size_t{N};
+  static constexpr std::size_t kEnergyBytes = 1 + 8;  // beside kSize, in packets with energy
 
-  PacketCodec();
+  explicit PacketCodec(bool with_energy = false);
   ~PacketCodec();
   PacketCodec(const PacketCodec&) = delete;
   PacketCodec& operator=(const PacketCodec&) = delete;
@@ -50,10 +51,13 @@ class PacketCodec {
   DecodeResult decode(std::span<const std::byte> bytes, Packet<N>& out) noexcept;
 
  private:
+  using Bytes = std::array<std::byte, kSize + kEnergyBytes>;
+  bool with_energy_;
+  std::size_t size_;
   std::unique_ptr<wire::Packet> message_;
-  std::array<std::byte, kSize> buffer_{};
-  std::array<std::byte, kSize> skeleton_{};   // tags and lengths, zero elsewhere
-  std::array<std::byte, kSize> structure_{};  // 0xFF where a byte is tag or length
+  Bytes buffer_{};
+  Bytes skeleton_{};   // tags and lengths, zero elsewhere
+  Bytes structure_{};  // 0xFF where a byte is tag or length
 };
 
 extern template class PacketCodec<1>;

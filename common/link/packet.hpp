@@ -37,6 +37,7 @@ struct Packet {
   StationState state = StationState::kReady;
   std::uint32_t limits = 0;  // LimitBit
   Motion<N> motion;
+  double energy = 0.0;  // J so far, never falling; on the wire only in scenes that say (PacketCodec)
 };
 
 }  // namespace farhand

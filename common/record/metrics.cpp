@@ -234,6 +234,18 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   least("energy_min_master_j", E_m);
   least("energy_min_slave_j", E_s);
   least("energy_min_both_j", both);
+  const auto account = [&](std::string_view key, const std::vector<StationSample>& rows) {
+    Statistics s;
+    for (const StationSample& row : rows) {
+      if (row.state == kEngaged && std::isfinite(row.energy_j)) s.add(row.energy_j);
+    }
+    if (s.count == 0)
+      out.set_absent(key, "the scene keeps no account of energy");
+    else
+      out.set(key, s.least);
+  };
+  account("account_min_master_j", session.master);
+  account("account_min_slave_j", session.slave);
 }
 
 void set_share(Metrics& out, std::string_view key, double part, double whole, const std::string& because) {

@@ -67,6 +67,9 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"energy_min_both_j", "J",
      "least value over the run of the sum of both; negative beyond what the moving parts store: the teleoperation made "
      "energy"},
+    {"account_min_master_j", "J",
+     "engaged, the least that was in the master's energy tank, or that its port had over (passivity observer)"},
+    {"account_min_slave_j", "J", "the same at the slave"},
     {"torque_max_master_nm", "N m", "largest |torque command| of the master"},
     {"torque_max_slave_nm", "N m", "largest |torque command| of the slave"},
     {"velocity_max_rad_s", "rad/s", "largest |velocity| of the two sides"},

@@ -19,9 +19,10 @@ struct StationSample {
   double x_rad = 0, v_rad_s = 0, f_nm = 0;                       // own axis, as estimated
   double remote_x_rad = 0, remote_v_rad_s = 0, remote_f_nm = 0;  // the peer, as played out
   double target_x_rad = 0;                                       // position that the law follows
-  double command_nm = 0;       // torque applied after all limits, or torque reference sent to the MCU
-  double x_cdob_rad = 0;       // slave as predicted minus as received: by the CDOB or the mediator; 0 without one
-  double alpha = 1;            // SDCV factor; 1 without one
+  double command_nm = 0;  // torque applied after all limits, or torque reference sent to the MCU
+  double x_cdob_rad = 0;  // slave as predicted minus as received: by the CDOB or the mediator; 0 without one
+  double alpha = 1;       // SDCV factor; 1 without one
+  double energy_j = std::numeric_limits<double>::quiet_NaN();  // in the tank, or what a port has over; NaN without
   double playout_delay_s = 0;  // play-out over the fastest packet (buffer depth in force)
   double rtt_s = 0;            // newest round trip measured by echo
   std::uint32_t limits = 0;    // LimitBit

@@ -20,6 +20,7 @@ class StationOf final : public AnyStation<Io> {
   }
   const TickTrace<1>& trace() const noexcept override { return station_.trace(); }
   const Receiver<1>& receiver() const noexcept override { return station_.receiver(); }
+  bool carries_energy() const noexcept override { return Station<S>::kKeepsAccount; }
   std::size_t bytes() const noexcept override { return sizeof(station_); }
 
  private:
@@ -46,6 +47,12 @@ std::unique_ptr<AnyStation<Io>> make_station(const StationParams& params) {
       return std::make_unique<StationOf<Io, WaveMaster<Drive>>>(params);
     case Architecture::kWaveSlave:
       return std::make_unique<StationOf<Io, WaveSlave<Drive>>>(params);
+    case Architecture::kTank:
+      return std::make_unique<StationOf<Io, FourChannelTank<Drive>>>(params);
+    case Architecture::kPassiveMaster:
+      return std::make_unique<StationOf<Io, PassiveMaster<Drive>>>(params);
+    case Architecture::kPassiveSlave:
+      return std::make_unique<StationOf<Io, PassiveSlave<Drive>>>(params);
     case Architecture::kFourChannel:
       break;
   }

@@ -25,7 +25,8 @@ class AnyStation {
                       int ticks = 1) noexcept = 0;
   virtual const TickTrace<1>& trace() const noexcept = 0;
   virtual const Receiver<1>& receiver() const noexcept = 0;
-  virtual std::size_t bytes() const noexcept = 0;  // of the station behind this face
+  virtual bool carries_energy() const noexcept = 0;  // in its packets
+  virtual std::size_t bytes() const noexcept = 0;    // of the station behind this face
 };
 
 template <class Io>

@@ -23,6 +23,8 @@ class Side {
   virtual Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act, int ticks) noexcept = 0;
   virtual Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept = 0;
 
+  virtual bool carries_energy() const noexcept = 0;  // in its packets: PacketCodec
+
   virtual const TickTrace<1>& trace() const noexcept = 0;
   virtual const Receiver<1>& receiver() const noexcept = 0;
   virtual Truth truth() const noexcept = 0;

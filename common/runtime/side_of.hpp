@@ -35,6 +35,8 @@ class SideOf final : public Side {
   }
   Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return station_->receive(packet, now); }
 
+  bool carries_energy() const noexcept override { return station_->carries_energy(); }
+
   const TickTrace<1>& trace() const noexcept override { return station_->trace(); }
   const Receiver<1>& receiver() const noexcept override { return station_->receiver(); }
   Truth truth() const noexcept override { return axis_.truth(); }

@@ -18,7 +18,7 @@ constexpr int kTicksToRest = 300;
 }  // namespace
 
 StationLoop::StationLoop(Side& side, Role role, double duration_s, const StationPorts& ports)
-    : side_(side), role_(role), duration_s_(duration_s), ports_(ports) {}
+    : side_(side), role_(role), duration_s_(duration_s), ports_(ports), codec_(side.carries_energy()) {}
 
 bool StationLoop::operator()(const TickTime& time) noexcept {
   const double t_s = to_seconds(time.elapsed_ns);

@@ -45,6 +45,8 @@ class DirectDrive {
   void limit(const GateParams& gate) noexcept { gate_.limit(gate); }  // from now on
 
   const Joints<N>& torque() const noexcept { return gate_.applied(); }  // applied
+  // What acts on the axis since the last tick, without what carries its weight.
+  Joints<N> acting(const Motion<N>& /*local*/) const noexcept { return gate_.applied() - rtob_.gravity_load(); }
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
 
  private:
@@ -95,6 +97,9 @@ class ReferenceDrive {
   void limit(const GateParams& gate) noexcept { gate_.limit(gate); }  // from now on
 
   const Joints<N>& torque() const noexcept { return gate_.applied().f; }  // asked of the device
+  Joints<N> acting(const Motion<N>& local) const noexcept {
+    return local.f;
+  }  // its spring, as far as the hand feels it
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
 
  private:

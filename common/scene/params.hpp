@@ -30,6 +30,7 @@ struct SceneParams {
   SdcvParams sdcv;
   TwoChannelParams two_channel;
   WaveParams wave;
+  TankParams tank;
 };
 
 // What the patient's side allows, whatever the network asks (common/scene/patient_guard.hpp).
@@ -49,6 +50,9 @@ enum class Architecture : std::uint8_t {
   kTwoChannelSlave,
   kWaveMaster,
   kWaveSlave,
+  kTank,
+  kPassiveMaster,
+  kPassiveSlave,
 };
 
 // Where the sides differ in size, what crosses the network is the slave's, and the master's station converts.

@@ -13,6 +13,7 @@
 #include "common/scene/blend.hpp"
 #include "common/scene/engagement.hpp"
 #include "common/scene/four_channel.hpp"
+#include "common/scene/passive_scenes.hpp"
 #include "common/scene/patient_guard.hpp"
 #include "common/scene/tick_trace.hpp"
 #include "common/scene/torque_scenes.hpp"
@@ -25,6 +26,7 @@ class Station {
   using Scene = S;
   using Drive = typename S::Drive;
   static constexpr int N = S::N;
+  static constexpr bool kKeepsAccount = requires(const S& scene) { scene.energy_sent(); };
 
   struct Output {
     typename Drive::Command command;
@@ -76,6 +78,18 @@ class Station {
     gate.range_min = -std::numeric_limits<double>::infinity();
     gate.range_max = std::numeric_limits<double>::infinity();
     return gate;
+  }
+
+  // Of the energy that went through the port since the last tick, for scenes that keep account of it.
+  void keep_account(const Joints<N>& moved, int ticks) noexcept {
+    if constexpr (kKeepsAccount) {
+      const double told = receiver_.heard() ? receiver_.newest().energy : 0.0;
+      scene_.keep({.torque = scene_.drive.acting(trace_.local),
+                   .moved = moved,
+                   .received = told * params_.scale.force / params_.scale.position,
+                   .engaged = trace_.state == StationState::kEngaged,
+                   .ticks = ticks});
+    }
   }
 
   // Following oneself asks for no acceleration.
@@ -195,6 +209,7 @@ class Station {
     } else {
       packet.motion = in_size_of_peer(trace_.local);
     }
+    if constexpr (kKeepsAccount) packet.energy = scene_.energy_sent() * params_.scale.position / params_.scale.force;
   }
 
   StationParams params_;
@@ -226,6 +241,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   const typename Drive::Sensed& sensed = homed ? *homed : read;
   const bool usable = sensed.valid && sensed.finite();
   Motion<N>& local = trace_.local;
+  const Joints<N> x_before = local.x;
   if (usable) {
     if (!was_usable_) scene_.drive.reset(sensed);
     local = scene_.drive.observe(sensed, ticks);
@@ -238,6 +254,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
 
+  if constexpr (kKeepsAccount) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
   if (guard_) guard(sensed, continues, act, ticks);
   decide(now, sensed, act, played.any);
   const Motion<N> source = choose({ticks, played.held});
@@ -252,6 +269,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   x_source_ = source.x;
   gap_ = played.held ? kAfterGap : std::max(gap_ - ticks, 0);
   trace_.compensation = scene_.compensation();
+  if constexpr (kKeepsAccount) trace_.energy = scene_.energy();
 
   // Homing has its own gate: neither range nor peer count in it.
   const bool homing = trace_.state == StationState::kHoming;
@@ -281,6 +299,12 @@ extern template class Station<FourChannelCdobSdcv<DirectDrive<1>>>;
 extern template class Station<FourChannelCdobSdcv<ReferenceDrive<1>>>;
 extern template class Station<FourChannelMediated<DirectDrive<1>>>;
 extern template class Station<FourChannelMediated<ReferenceDrive<1>>>;
+extern template class Station<FourChannelTank<DirectDrive<1>>>;
+extern template class Station<FourChannelTank<ReferenceDrive<1>>>;
+extern template class Station<PassiveMaster<DirectDrive<1>>>;
+extern template class Station<PassiveSlave<DirectDrive<1>>>;
+extern template class Station<PassiveMaster<ReferenceDrive<1>>>;
+extern template class Station<PassiveSlave<ReferenceDrive<1>>>;
 extern template class Station<TwoChannelMaster<DirectDrive<1>>>;
 extern template class Station<TwoChannelMaster<ReferenceDrive<1>>>;
 extern template class Station<TwoChannelSlave<DirectDrive<1>>>;

@@ -1,6 +1,8 @@
 // What happened within a tick, for recordings and the status line.
 #pragma once
 
+#include <limits>
+
 #include "common/scene/states.hpp"
 
 namespace farhand {
@@ -23,6 +25,7 @@ struct TickTrace {
   Reason reason = Reason::kStart;
   Motion<N> local, remote, target;
   Compensation compensation;
+  double energy = std::numeric_limits<double>::quiet_NaN();  // J, in the tank or over what a port owes; NaN without
   double effort = 0.0;  // torque applied, or torque reference handed to the device, N m
   Nanoseconds playout_depth = 0;
   Nanoseconds rtt = 0;

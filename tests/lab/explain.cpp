@@ -32,8 +32,10 @@ struct Facts {
         cdob(has_cdob(s)),
         sdcv(has_sdcv(s)),
         mediated(is_mediated(s)),
-        two_channel(is_two_channel(s)),
+        two_channel(is_two_channel(s) || has_passivity_controllers(s)),
         wave(is_wave(s)),
+        tanks(has_tanks(s)),
+        passivity(has_passivity_controllers(s)),
         elastic(s.slave().device() == scene::SERIES_ELASTIC) {
     double at = 0;
     for (const scene::Movement& m : s.master().therapist().intended()) {
@@ -59,7 +61,7 @@ struct Facts {
   bool contact() const { return hand || wall; }
 
   double delay_s, jitter_s, loss;
-  bool cdob, sdcv, mediated, two_channel, wave, elastic;
+  bool cdob, sdcv, mediated, two_channel, wave, tanks, passivity, elastic;
   bool hand_given = false, hand = false, wall_given = false, wall = false;
   double reach = 0;     // largest |angle| that the therapist intends, rad
   double touch_nm = 0;  // most that the hand can press back with there
@@ -218,6 +220,18 @@ class Builder {
                 scene::WaveMatching_Name(c.wave_matching()), " matched"));
       } else {
         lacks(place, BlockId::kWave, "wave", architecture);
+      }
+      if (f_.tanks) {
+        has(place, BlockId::kTank, "energy tank",
+            say("gives no more than it holds; ", c.tank_level_j(), " J lent, ",
+                place == Place::kMaster ? "filled by a damper" : "filled by the other side"));
+      } else {
+        lacks(place, BlockId::kTank, "energy tank", architecture);
+      }
+      if (f_.passivity) {
+        has(place, BlockId::kPassivity, "PO/PC", "gives no more than the other side has taken in");
+      } else {
+        lacks(place, BlockId::kPassivity, "PO/PC", architecture);
       }
     }
     lacks(Place::kSlave, BlockId::kCdob, "CDOB", "stands on the therapist's side only");

@@ -23,6 +23,8 @@ enum class BlockId : std::uint8_t {
   kMediator,
   kTwoChannel,
   kWave,
+  kTank,
+  kPassivity,
   kScale,
   kTorqueGate,
   kReferenceGate,

@@ -9,6 +9,7 @@
 #include "common/control/wave.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/scene/blend.hpp"
+#include "common/scene/passive_scenes.hpp"
 #include "common/scene/patient_guard.hpp"
 #include "common/signal/derivative.hpp"
 #include "tests/lab/measure.hpp"
@@ -108,6 +109,22 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
       return each_tick(in, [&](std::size_t k) {
         wave.step(local(in, k), received.step(remote(in, k).f, 1, false), remote(in, k).x, 1);
         keep(wave.sent());
+      });
+    }
+    case BlockId::kTank: {
+      EnergyTank tank(p.scene.tank, kFastestDamper / d.K.K_f, d.dt_s);
+      return each_tick(in, [&](std::size_t k) {
+        tank.step(in.rows[k].command_nm * in.rows[k].v_rad_s * d.dt_s, 0.0, 1);
+        keep(tank.share() + tank.damping());
+      });
+    }
+    case BlockId::kPassivity: {
+      PortPassivity port(kFastestDamper / d.K.K_f, d.dt_s);
+      return each_tick(in, [&](std::size_t k) {
+        const double power = in.rows[k].command_nm * in.rows[k].v_rad_s;
+        port.step(power * d.dt_s, 0.0, 0.0);
+        port.decide(power);
+        keep(port.share() + port.damping());
       });
     }
     case BlockId::kTorqueGate: {

@@ -242,6 +242,7 @@ class Timed final : public Side {
     return packet;
   }
   Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return side_->receive(packet, now); }
+  bool carries_energy() const noexcept override { return side_->carries_energy(); }
   const TickTrace<1>& trace() const noexcept override { return side_->trace(); }
   const Receiver<1>& receiver() const noexcept override { return side_->receiver(); }
   Truth truth() const noexcept override { return side_->truth(); }

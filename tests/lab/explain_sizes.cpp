@@ -2,8 +2,10 @@
 
 #include "common/config/station_params.hpp"
 #include "common/control/cdob.hpp"
+#include "common/control/energy_tank.hpp"
 #include "common/control/limits.hpp"
 #include "common/control/mediator.hpp"
+#include "common/control/passivity.hpp"
 #include "common/control/sdcv.hpp"
 #include "common/control/wave.hpp"
 #include "common/device/mcu_axis.hpp"
@@ -49,6 +51,10 @@ std::size_t size_of(const Block& block) {
       return sizeof(TwoChannelParams);
     case BlockId::kWave:
       return (block.place == Place::kMaster ? sizeof(MasterWave<1>) : sizeof(SlaveWave<1>)) + sizeof(ReceivedWave<1>);
+    case BlockId::kTank:
+      return sizeof(EnergyTank);
+    case BlockId::kPassivity:
+      return sizeof(PortPassivity);
     case BlockId::kTorqueGate:
       return sizeof(TorqueGate<1>);
     case BlockId::kReferenceGate:

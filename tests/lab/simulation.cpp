@@ -40,6 +40,7 @@ class Run {
         witness_(witness),
         forward_(link_params(scene.network().forward()), scene.seed(), LinkDirection::kForward),
         backward_(link_params(scene.network().backward()), scene.seed(), LinkDirection::kBackward),
+        codec_(master_.carries_energy()),
         to_slave_(datagrams_on_way(scene.network().forward(), scene.tick_s())),
         to_master_(datagrams_on_way(scene.network().backward(), scene.tick_s())),
         acts_(scene, Role::kLeader),
