@@ -64,6 +64,23 @@ TEST(ClosedForm, AdvancesTheOrthosisWithSpringEndsAgainstAWall) {
   compare<SeriesElasticPlant>("orthosis", params, 1e-14, 1e-12,
                               [](double t, const auto&) { return 1.2 * std::cos(5 * t); });
 }
+TEST(ClosedForm, AdvancesASpasticHandWhoseRestAngleMoves) {
+  const Hand::Params hand{.stiffness = 3,
+                          .rest = 0.02,
+                          .from = 0.5,
+                          .until = 2.7,
+                          .spastic = 0.3,
+                          .rest_amplitude = 0.15,
+                          .rest_frequency = 0.7};
+  DirectSlavePlant::Params direct;
+  direct.load.hand = hand;
+  compare<DirectSlavePlant>("spastic", direct, 1e-14, 1e-12,
+                            [](double t, const auto& x) { return 5 * (0.2 * std::sin(6 * t) - x[0]) - 0.05 * x[1]; });
+  SeriesElasticPlant::Params elastic;
+  elastic.environment.hand = hand;
+  compare<SeriesElasticPlant>("spastic, orthosis", elastic, 1e-14, 1e-12,
+                              [](double t, const auto&) { return 1.2 * std::cos(5 * t); });
+}
 TEST(ClosedForm, AdvancesASlaveThatSticksAndSlips) {
   using Sticky = DirectSlavePlantWith<Friction::kCoulomb>;
   Sticky::Params params;

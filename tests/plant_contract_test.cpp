@@ -16,6 +16,15 @@ constexpr Bristle::Params kLuGre{
     .F_c = 0.05, .F_s = 0.08, .v_s = 0.1, .sigma_0 = 60, .sigma_1 = 0.01, .sigma_2 = 0.003};
 constexpr Wall::Params kWall{.stiffness = 1e4, .damping = 1.26, .at = 0.1};
 constexpr Hand::Params kHand{.stiffness = 5, .damping = 0.02, .rest = 0.05, .from = 0.5, .until = 2.5};
+constexpr Hand::Params kActiveHand{.stiffness = 5,
+                                   .damping = 0.02,
+                                   .rest = 0.05,
+                                   .from = 0.5,
+                                   .until = 2.5,
+                                   .spastic = 0.3,
+                                   .spastic_above = 0.2,
+                                   .rest_amplitude = 0.15,
+                                   .rest_frequency = 1.7};
 
 template <Friction kFriction>
 MotorAxis::Params motor(double gravity) {
@@ -32,12 +41,12 @@ MasterPlantWith<kFriction> master(double gravity = 0) {
   return MasterPlantWith<kFriction>(p);
 }
 template <Friction kFriction>
-DirectSlavePlantWith<kFriction> direct(double gravity = 0) {
-  return DirectSlavePlantWith<kFriction>({.motor = motor<kFriction>(gravity), .load = {.hand = kHand, .wall = kWall}});
+DirectSlavePlantWith<kFriction> direct(double gravity = 0, const Hand::Params& hand = kHand) {
+  return DirectSlavePlantWith<kFriction>({.motor = motor<kFriction>(gravity), .load = {.hand = hand, .wall = kWall}});
 }
 template <Friction kFriction>
-SeriesElasticPlantWith<kFriction> elastic() {
-  SeriesElasticParams p{.environment = {.hand = kHand, .wall = kWall}};
+SeriesElasticPlantWith<kFriction> elastic(const Hand::Params& hand = kHand) {
+  SeriesElasticParams p{.environment = {.hand = hand, .wall = kWall}};
   p.actuator.spring_range = 0.15;
   p.actuator.stop_min = -0.12, p.actuator.stop_max = 0.12;
   if (kFriction == Friction::kBristle) p.actuator.tendon = kLuGre;
@@ -63,6 +72,8 @@ class Contract : public testing::Test {
     Mode bits = plant.mode_at(t, x);
     if (random_() % 2 == 0) bits ^= static_cast<Mode>(random_()) & (kAtStopMin | kAtStopMax);
     if (random_() % 2 == 0 && (bits & kHandPresent) != 0) bits ^= static_cast<Mode>(random_()) & kAtWall;
+    if (spastic_ && (bits & kHandPresent) != 0 && random_() % 2 == 0)
+      bits = (bits & ~kStretched) | (random_() % 2 == 0 ? kStretchedUp : kStretchedDown);
     if (random_() % 2 == 0) bits ^= kSlidesBack;
     if (P::kStates == 2 && P::kGuards > 2 && random_() % 8 == 0) bits |= static_cast<Mode>(random_()) & kSticking;
     return bits;
@@ -76,7 +87,7 @@ class Contract : public testing::Test {
       const double t = 1.5 + uniform(1.45);
       const typename P::State x = state<P>();
       const Mode m = mode(plant, t, x);
-      seen.push_back(m & 0xff);
+      seen.push_back(m & ((1u << kPieceShift) - 1));
       const auto J = plant.jacobian(m, t, x);
       const auto d = plant.time_derivative(m, t, x);
       const double h = 1e-6;
@@ -217,6 +228,8 @@ class Contract : public testing::Test {
     EXPECT_GT(touching, 1000);
   }
 
+  bool spastic_ = false;
+
  private:
   std::mt19937_64 random_{5};
 };
@@ -230,6 +243,11 @@ TEST_F(Contract, JacobianAndTimeDerivativeAreThoseOfTheDerivative) {
   check_slopes(direct<Friction::kBristle>(0.2), 3);
   check_slopes(elastic<Friction::kNone>(), 4);
   check_slopes(elastic<Friction::kBristle>(), 4);
+  spastic_ = true;
+  check_slopes(direct<Friction::kNone>(0, kActiveHand), 3);
+  check_slopes(direct<Friction::kCoulomb>(0, kActiveHand), 0.5);
+  check_slopes(elastic<Friction::kNone>(kActiveHand), 4);
+  check_slopes(elastic<Friction::kBristle>(kActiveHand), 4);
 }
 
 TEST_F(Contract, TheAffineFormSaysTheSame) {
@@ -241,6 +259,10 @@ TEST_F(Contract, TheAffineFormSaysTheSame) {
   check_affine(direct<Friction::kNone>(), 3);
   check_affine(direct<Friction::kCoulomb>(), 0.5);
   check_affine(elastic<Friction::kNone>(), 4);
+  spastic_ = true;
+  check_affine(direct<Friction::kNone>(0, kActiveHand), 3);
+  check_affine(direct<Friction::kCoulomb>(0, kActiveHand), 0.5);
+  check_affine(elastic<Friction::kNone>(kActiveHand), 4);
 }
 
 TEST_F(Contract, WhatIsNotAffineSaysWhy) {
@@ -259,11 +281,16 @@ TEST_F(Contract, CrossingAGuardLeadsWhereTheStateSays) {
   check_crossings(direct<Friction::kBristle>(), 3);
   check_crossings(elastic<Friction::kNone>(), 4);
   check_crossings(elastic<Friction::kBristle>(), 4);
+  check_crossings(direct<Friction::kNone>(0, kActiveHand), 3);
+  check_crossings(direct<Friction::kCoulomb>(0, kActiveHand), 0.2);
+  check_crossings(direct<Friction::kBristle>(0, kActiveHand), 3);
+  check_crossings(elastic<Friction::kNone>(kActiveHand), 4);
 }
 
 TEST_F(Contract, AStepSaidToKeepClearTouchesNothing) {
   check_clearance(master<Friction::kNone>(0.2), 3);
   check_clearance(direct<Friction::kNone>(), 3);
+  check_clearance(direct<Friction::kNone>(0, kActiveHand), 3);
 }
 
 TEST_F(Contract, AtRestOnABorderTheAccelerationDecides) {

@@ -69,6 +69,16 @@ TEST(Energy, BalancesInSmoothMotion) {
   balance("series elastic", SeriesElasticPlant({.environment = {.hand = Hand::Params{}}}), velocity, 2);
 }
 
+// A spastic catch only takes energy; a patient who moves by himself also gives.
+TEST(Energy, BalancesWithAHandThatActs) {
+  const Hand::Params spastic{.stiffness = 3, .spastic = 0.3};
+  balance("spastic", DirectSlavePlant({.load = {.hand = spastic}}), push, 3);
+  balance("spastic, orthosis", SeriesElasticPlant({.environment = {.hand = spastic}}), velocity, 2);
+  const Hand::Params moving{.stiffness = 3, .rest_amplitude = 0.15, .rest_frequency = 0.7};
+  balance("rest angle moves", DirectSlavePlant({.load = {.hand = moving}}), push, 3);
+  balance("rest angle moves, orthosis", SeriesElasticPlant({.environment = {.hand = moving}}), velocity, 2);
+}
+
 TEST(Energy, BalancesThroughImpactsAndStops) {
   balance("arm against stops", master<Friction::kNone>({}), torque, 2);
   balance("wall and stops", DirectSlavePlant({.load = {.hand = Hand::Params{}, .wall = kWall}}), torque, 2);

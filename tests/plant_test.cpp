@@ -119,6 +119,50 @@ TEST(Hand, IsThereOnlyInItsTime) {
   EXPECT_EQ(box.next_break(2.0), std::numeric_limits<double>::infinity());
 }
 
+TEST(Hand, ASpasticOneResistsOnlyAFastStretch) {
+  Hand::Params spastic{.stiffness = 2, .damping = 0.02, .rest = 0.1, .from = 1, .spastic = 0.3, .spastic_above = 0.2};
+  const Environment box({.hand = spastic});
+  spastic.spastic = 0;
+  const Environment plain({.hand = spastic});
+  const auto more = [&](double t, double x, double v) {
+    return box.reaction(box.mode_at(t, x, v), t, x, v) - plain.reaction(plain.mode_at(t, x, v), t, x, v);
+  };
+  EXPECT_NEAR(more(2, 0.3, 1.2), 0.3, 1e-15);     // going up above the rest angle
+  EXPECT_NEAR(more(2, -0.1, -1.2), -0.3, 1e-15);  // going down below it
+  EXPECT_NEAR(more(2, 0.3, 0.2 + 1e-9), 0.0, 1e-9);
+  EXPECT_EQ(more(2, 0.3, 0.19), 0.0);
+  EXPECT_EQ(more(2, 0.3, -1.2), 0.0);  // on the way back
+  EXPECT_EQ(more(2, -0.1, 1.2), 0.0);
+  EXPECT_EQ(more(0.9, 0.3, 1.2), 0.0);  // not in yet
+}
+
+// Pushed by a constant torque from rest, the axis is caught where its speed passes the threshold: from there on it is
+// a system of first order in v with another damper. Every method meets that instant.
+TEST(Hand, ASpasticCatchIsMetByEveryMethod) {
+  const Hand::Params hand{.stiffness = 0, .damping = 0, .rest = -1, .spastic = 0.3, .spastic_above = 0.2};
+  const double J = 0.004, torque = 0.02, caught = J * 0.2 / torque, end = 0.2;
+  const double v = 0.2 + torque / 0.3 * (1 - std::exp(-0.3 / J * (end - caught)));
+  for (const Method method :
+       {Method::kAuto, Method::kRk4, Method::kSdirk2, Method::kRosenbrock, Method::kAdaptive, Method::kClosedForm}) {
+    DirectSlaveWorld world({.motor = free_motor(), .load = {.hand = hand}}, {.method = method});
+    for (int k = 1; k <= 200; ++k) world.advance(torque, k * 1e-3);
+    EXPECT_NEAR(world.true_v(), v, method == Method::kAuto || method == Method::kClosedForm ? 1e-14 : 1e-7)
+        << name_of(method);
+    EXPECT_EQ(world.counters().events, 1u) << name_of(method);
+  }
+}
+
+// Held still, the device feels k times the patient's own motion; nothing is felt before the hand comes in.
+TEST(Hand, ARestAngleThatMovesIsFeltByWhoHoldsTheHand) {
+  const Environment box(
+      {.hand = Hand::Params{.stiffness = 3, .from = 1, .rest_amplitude = 0.15, .rest_frequency = 0.25}});
+  const auto reaction = [&](double t) { return box.reaction(box.mode_at(t, 0.3, 0), t, 0.3, 0); };
+  EXPECT_EQ(reaction(0.9), 0.0);
+  EXPECT_NEAR(reaction(1.0), 3 * (0.3 - 0.15), 1e-15);
+  EXPECT_NEAR(reaction(2.0), 3 * 0.3, 1e-15);
+  EXPECT_NEAR(reaction(3.0), 3 * (0.3 + 0.15), 1e-15);
+}
+
 // The axis rests at a deflection; the hand that comes in there gives it exactly its own spring energy.
 
 TEST(Hand, PutInAtADeflectionItPushesAtOnce) {

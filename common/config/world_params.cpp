@@ -50,7 +50,11 @@ Environment::Params environment_params(const scene::Slave& slave) {
               .damping = h.damping_nms_per_rad(),
               .rest = h.rest_rad(),
               .from = h.from_s(),
-              .until = h.until_s()};
+              .until = h.until_s(),
+              .spastic = h.spastic_nms_per_rad(),
+              .spastic_above = h.spastic_above_rad_s(),
+              .rest_amplitude = h.rest_amplitude_rad(),
+              .rest_frequency = h.rest_frequency_hz()};
   }
   if (slave.has_wall()) {
     const scene::Wall& w = slave.wall();

@@ -111,7 +111,8 @@ class AxisPlant {
   // what it moved and what its speeds would make of h. A cubic leaves the range between its ends by 4/27 of the latter.
   bool keeps_clear(Mode mode, const State& from, const State& to, double h) const noexcept requires(!kHasFriction) {
     const double away = 4.0 * (std::fabs(to[0] - from[0]) + h * (std::fabs(from[1]) + std::fabs(to[1])));
-    return (mode & kTouching) == 0 && to[0] - free_.low > away && free_.high - to[0] > away;
+    return (mode & kTouching) == 0 && !load_.watches_speed(mode) && to[0] - free_.low > away &&
+           free_.high - to[0] > away;
   }
   // Stops, load, friction.
   std::array<double, kGuards> guards(Mode mode, double t, const State& s) const noexcept {

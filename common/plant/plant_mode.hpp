@@ -16,7 +16,10 @@ constexpr Mode kSticking = 1u << 5;
 constexpr Mode kSpringAtMin = 1u << 6;
 constexpr Mode kSpringAtMax = 1u << 7;
 constexpr Mode kTouching = kAtStopMin | kAtStopMax | kAtWall;
-constexpr int kPieceShift = 8;  // above: the piece of the intended motion
+constexpr Mode kStretchedUp = 1u << 8;  // a spastic hand, fast away from its rest angle
+constexpr Mode kStretchedDown = 1u << 9;
+constexpr Mode kStretched = kStretchedUp | kStretchedDown;
+constexpr int kPieceShift = 10;  // above: the piece of the intended motion
 
 // Angles at which nothing is touched, rad.
 struct FreeRange {

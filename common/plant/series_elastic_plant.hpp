@@ -59,8 +59,9 @@ class SeriesElasticPlantWith {
   static constexpr bool kHasBristle = kFriction == Friction::kBristle;
   enum Index : std::size_t { kX, kV, kXMotor, kVMotor, kTendon };
   static constexpr std::size_t kStates = kHasBristle ? 5 : 4;
-  static constexpr std::size_t kFrictionGuard = 5;
-  static constexpr std::size_t kGuards = kHasBristle ? 6 : 5;  // stops, wall, ends of the spring, friction
+  // Stops, wall and hand, ends of the spring, friction.
+  static constexpr std::size_t kEndsGuard = 2 + Environment::kGuards, kFrictionGuard = kEndsGuard + 2;
+  static constexpr std::size_t kGuards = kFrictionGuard + (kHasBristle ? 1 : 0);
   static constexpr bool kInputMovesGuards = false;
   using State = std::array<double, kStates>;
   using Params = SeriesElasticParams;
@@ -127,22 +128,27 @@ class SeriesElasticPlantWith {
     }
     return J;
   }
-  State time_derivative(Mode /*mode*/, double /*t*/, const State& /*s*/) const noexcept { return {}; }
+  State time_derivative(Mode mode, double t, const State& /*s*/) const noexcept {
+    State d{};
+    d[kV] = -environment_.reaction_rate(mode, t) / p_.J;
+    return d;
+  }
 
   std::array<double, kGuards> guards(Mode mode, double /*t*/, const State& s) const noexcept {
     std::array<double, kGuards> all;
     const auto stops = stops_.guards(mode, s[kX], s[kV]);
-    const auto wall = environment_.guards(mode, s[kX], s[kV]);
+    const auto touched = environment_.guards(mode, s[kX], s[kV]);
     const auto ends = has_ends() ? ends_.guards(mode, s[kXMotor] - s[kX], s[kVMotor] - s[kV])
                                  : std::array<double, 2>{kNoGuard, kNoGuard};
-    all[0] = stops[0], all[1] = stops[1], all[2] = wall[0], all[3] = ends[0], all[4] = ends[1];
+    const auto next = std::copy(touched.begin(), touched.end(), std::copy(stops.begin(), stops.end(), all.begin()));
+    std::copy(ends.begin(), ends.end(), next);
     if constexpr (kHasBristle) all[kFrictionGuard] = direction(mode) * s[kV] + kRestVelocity;
     return all;
   }
   Mode cross(Mode mode, std::size_t guard, double /*t*/, State& /*s*/) const noexcept {
     if (guard < 2) return mode ^ Stops<>::bit(guard);
-    if (guard == 2) return mode ^ kAtWall;
-    if (guard < kFrictionGuard) return mode ^ Ends::bit(guard - 3);
+    if (guard < kEndsGuard) return mode ^ Environment::bit(guard - 2);
+    if (guard < kFrictionGuard) return mode ^ Ends::bit(guard - kEndsGuard);
     return mode ^ kSlidesBack;
   }
   double next_break(double t) const noexcept { return environment_.next_break(t); }
@@ -159,6 +165,7 @@ class SeriesElasticPlantWith {
     flow.A[kVMotor][kVMotor] = -T(drive_rate_);
     flow.b[kV] = torque.d / T(p_.J);
     flow.b[kVMotor] = T(drive_rate_) * T(v_allowed_);
+    if (environment_.forced()) flow.e[kV] = T(1) / T(p_.J);
     return flow;
   }
   template <class T>
@@ -173,11 +180,11 @@ class SeriesElasticPlantWith {
   std::array<AffineGuard<T, kStates>, kGuards> guard_forms(Mode mode) const noexcept requires(!kHasBristle) {
     std::array<AffineGuard<T, kStates>, kGuards> all;
     const auto stops = stops_.guard_forms<T, kStates>(mode);
-    const auto wall = environment_.guard_forms<T, kStates>(mode);
-    all[0] = stops[0], all[1] = stops[1], all[2] = wall[0];
+    const auto touched = environment_.guard_forms<T, kStates>(mode);
+    std::copy(touched.begin(), touched.end(), std::copy(stops.begin(), stops.end(), all.begin()));
     if (has_ends()) {
       const auto ends = ends_.template guard_forms<T, kStates>(mode);
-      all[3] = stretch_guard(ends[0]), all[4] = stretch_guard(ends[1]);
+      all[kEndsGuard] = stretch_guard(ends[0]), all[kEndsGuard + 1] = stretch_guard(ends[1]);
     }
     return all;
   }

@@ -56,6 +56,7 @@ class Therapist {
   double stiffness(Mode /*mode*/) const noexcept { return K_h_; }
   double damping(Mode /*mode*/) const noexcept { return B_h_; }
   std::array<double, kGuards> guards(Mode /*mode*/, double /*x*/, double /*v*/) const noexcept { return {}; }
+  static constexpr bool watches_speed(Mode /*mode*/) noexcept { return false; }
   static FreeRange free_range(const FreeRange& range) noexcept { return range; }
   template <class T, std::size_t S>
   std::array<AffineGuard<T, S>, kGuards> guard_forms(Mode /*mode*/) const noexcept {
