@@ -81,6 +81,12 @@ TEST(ClosedForm, AdvancesASpasticHandWhoseRestAngleMoves) {
   compare<SeriesElasticPlant>("spastic, orthosis", elastic, 1e-14, 1e-12,
                               [](double t, const auto&) { return 1.2 * std::cos(5 * t); });
 }
+TEST(ClosedForm, AdvancesAHandThatTrembles) {
+  DirectSlavePlant::Params params;
+  params.load.hand = Hand::Params{.stiffness = 3, .from = 0.5, .spastic = 0.3, .tremor = 0.1};
+  compare<DirectSlavePlant>("trembling", params, 1e-14, 1e-12,
+                            [](double t, const auto& x) { return 5 * (0.2 * std::sin(6 * t) - x[0]) - 0.05 * x[1]; });
+}
 TEST(ClosedForm, AdvancesASlaveThatSticksAndSlips) {
   using Sticky = DirectSlavePlantWith<Friction::kCoulomb>;
   Sticky::Params params;

@@ -25,6 +25,16 @@ constexpr Hand::Params kActiveHand{.stiffness = 5,
                                    .spastic_above = 0.2,
                                    .rest_amplitude = 0.15,
                                    .rest_frequency = 1.7};
+Hand::Params trembling() {
+  Hand::Params hand = kActiveHand;
+  hand.rest_amplitude = 0, hand.tremor = 0.1, hand.tremor_frequency = 6;
+  return hand;
+}
+Hand::Params relaxing() {
+  Hand::Params hand = kActiveHand;
+  hand.relaxed = 1, hand.relax_time = 0.7, hand.tremor = 0.1;
+  return hand;
+}
 
 template <Friction kFriction>
 MotorAxis::Params motor(double gravity) {
@@ -248,6 +258,8 @@ TEST_F(Contract, JacobianAndTimeDerivativeAreThoseOfTheDerivative) {
   check_slopes(direct<Friction::kCoulomb>(0, kActiveHand), 0.5);
   check_slopes(elastic<Friction::kNone>(kActiveHand), 4);
   check_slopes(elastic<Friction::kBristle>(kActiveHand), 4);
+  check_slopes(direct<Friction::kNone>(0, relaxing()), 3);
+  check_slopes(elastic<Friction::kBristle>(relaxing()), 4);
 }
 
 TEST_F(Contract, TheAffineFormSaysTheSame) {
@@ -263,6 +275,8 @@ TEST_F(Contract, TheAffineFormSaysTheSame) {
   check_affine(direct<Friction::kNone>(0, kActiveHand), 3);
   check_affine(direct<Friction::kCoulomb>(0, kActiveHand), 0.5);
   check_affine(elastic<Friction::kNone>(kActiveHand), 4);
+  check_affine(direct<Friction::kNone>(0, trembling()), 3);
+  check_affine(elastic<Friction::kNone>(trembling()), 4);
 }
 
 TEST_F(Contract, WhatIsNotAffineSaysWhy) {
@@ -271,6 +285,11 @@ TEST_F(Contract, WhatIsNotAffineSaysWhy) {
   EXPECT_STREQ(master<Friction::kNone>(0.2).not_affine(), "weight acts by the sine of the angle");
   EXPECT_STREQ(direct<Friction::kBristle>().not_affine(), "the bristle's torque is multiplied by the speed");
   EXPECT_STREQ(elastic<Friction::kBristle>().not_affine(), "the bristle's torque is multiplied by the speed");
+  EXPECT_STREQ(direct<Friction::kNone>(0, relaxing()).not_affine(), "the stiffness of the hand follows the time");
+  EXPECT_STREQ(elastic<Friction::kNone>(relaxing()).not_affine(), "the stiffness of the hand follows the time");
+  Hand::Params both = trembling();
+  both.rest_amplitude = 0.1;
+  EXPECT_STREQ(elastic<Friction::kNone>(both).not_affine(), "the hand moves and trembles at a frequency each");
 }
 
 TEST_F(Contract, CrossingAGuardLeadsWhereTheStateSays) {

@@ -77,6 +77,12 @@ TEST(Energy, BalancesWithAHandThatActs) {
   const Hand::Params moving{.stiffness = 3, .rest_amplitude = 0.15, .rest_frequency = 0.7};
   balance("rest angle moves", DirectSlavePlant({.load = {.hand = moving}}), push, 3);
   balance("rest angle moves, orthosis", SeriesElasticPlant({.environment = {.hand = moving}}), velocity, 2);
+  const Hand::Params relaxing{.stiffness = 5, .rest_amplitude = 0.15, .relaxed = 1, .relax_time = 0.5};
+  balance("relaxing", DirectSlavePlant({.load = {.hand = relaxing}}), push, 3);
+  balance("relaxing, orthosis", SeriesElasticPlant({.environment = {.hand = relaxing}}), velocity, 2);
+  const Hand::Params trembling{.stiffness = 3, .tremor = 0.1};
+  balance("trembling", DirectSlavePlant({.load = {.hand = trembling}}), push, 3);
+  balance("trembling, orthosis", SeriesElasticPlant({.environment = {.hand = trembling}}), velocity, 2);
 }
 
 TEST(Energy, BalancesThroughImpactsAndStops) {

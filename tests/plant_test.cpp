@@ -163,6 +163,37 @@ TEST(Hand, ARestAngleThatMovesIsFeltByWhoHoldsTheHand) {
   EXPECT_NEAR(reaction(3.0), 3 * (0.3 + 0.15), 1e-15);
 }
 
+// From when the hand came in, whatever happened before.
+TEST(Hand, MuscleToneFallsExponentially) {
+  DirectSlaveWorld world({.motor = free_motor(),
+                          .load = {.hand = Hand::Params{.stiffness = 5, .from = 1, .relaxed = 2, .relax_time = 4}}});
+  EXPECT_EQ(world.method(), Method::kRk4);
+  EXPECT_STREQ(world.choice().not_affine, "the stiffness of the hand follows the time");
+  const Environment box({.hand = Hand::Params{.stiffness = 5, .from = 1, .relaxed = 2, .relax_time = 4}});
+  const auto felt = [&](double t) { return box.reaction(box.mode_at(t, 0.1, 0), t, 0.1, 0); };
+  EXPECT_EQ(felt(0.5), 0.0);
+  EXPECT_NEAR(felt(1), 0.5, 1e-15);
+  EXPECT_NEAR(felt(5), 0.2 + 0.3 * std::exp(-1), 1e-15);
+  EXPECT_NEAR(felt(1e3), 0.2, 1e-15);
+}
+
+// An oscillator under a sine of torque, once its own motion has died away: the same by every method.
+TEST(Hand, TremblingShakesTheAxisAsATorqueDoes) {
+  const Hand::Params hand{.stiffness = 2, .damping = 0.1, .tremor = 0.05, .tremor_frequency = 5};
+  const double J = 0.004, w = 2 * kPi * 5, elastic = 2 - J * w * w, viscous = 0.1 * w;
+  const double amplitude = 0.05 / std::hypot(elastic, viscous), lag = std::atan2(viscous, elastic);
+  for (const Method method : {Method::kAuto, Method::kRk4, Method::kSdirk2, Method::kRosenbrock, Method::kAdaptive}) {
+    DirectSlaveWorld world({.motor = free_motor(), .load = {.hand = hand}}, {.method = method});
+    for (int k = 1; k <= 3000; ++k) world.advance(0, k * 1e-3);
+    double worst = 0;
+    for (int k = 3001; k <= 3400; ++k) {
+      world.advance(0, k * 1e-3);
+      worst = std::max(worst, std::fabs(world.true_x() - amplitude * std::sin(w * k * 1e-3 - lag)));
+    }
+    EXPECT_LT(worst, method == Method::kAuto ? 1e-12 : 1e-8) << name_of(method);
+  }
+}
+
 // The axis rests at a deflection; the hand that comes in there gives it exactly its own spring energy.
 
 TEST(Hand, PutInAtADeflectionItPushesAtOnce) {

@@ -193,7 +193,10 @@ void check_together(Checker& checker, const scene::Scene& scene) {
     checker.complain("control.position_scale",
                      "control.position_scale and control.force_scale must be 1 with architecture WAVE: a wave has one "
                      "impedance on both sides");
-  if (scene.slave().has_hand()) check_order(checker, scene.slave().hand(), "slave.hand.", "from_s", "until_s");
+  if (scene.slave().has_hand()) {
+    check_order(checker, scene.slave().hand(), "slave.hand.", "from_s", "until_s");
+    check_order(checker, scene.slave().hand(), "slave.hand.", "relaxed_nm_per_rad", "stiffness_nm_per_rad", true);
+  }
   for (const bool master : {true, false}) {
     const scene::Motor& motor = master ? scene.master().motor() : scene.slave().motor();
     check_friction(checker, motor, motor.coulomb_nm(), master ? "master.motor." : "slave.motor.", "lugre",

@@ -54,7 +54,11 @@ Environment::Params environment_params(const scene::Slave& slave) {
               .spastic = h.spastic_nms_per_rad(),
               .spastic_above = h.spastic_above_rad_s(),
               .rest_amplitude = h.rest_amplitude_rad(),
-              .rest_frequency = h.rest_frequency_hz()};
+              .rest_frequency = h.rest_frequency_hz(),
+              .relaxed = h.has_relaxed_nm_per_rad() ? std::optional(h.relaxed_nm_per_rad()) : std::nullopt,
+              .relax_time = h.relax_time_s(),
+              .tremor = h.tremor_nm(),
+              .tremor_frequency = h.tremor_hz()};
   }
   if (slave.has_wall()) {
     const scene::Wall& w = slave.wall();

@@ -86,11 +86,11 @@ class AxisPlant {
       return {s[1], torque / J_};
     }
   }
-  StateMatrix<kStates> jacobian(Mode mode, double /*t*/, const State& s) const noexcept {
+  StateMatrix<kStates> jacobian(Mode mode, double t, const State& s) const noexcept {
     StateMatrix<kStates> J{};
     if (sticks(mode)) return J;
     J[0][1] = 1.0;
-    J[1][0] = -(axis_.stiffness(mode, s[0]) + load_.stiffness(mode)) / J_;
+    J[1][0] = -(axis_.stiffness(mode, s[0]) + load_.stiffness(mode, t)) / J_;
     J[1][1] = -(axis_.damping(mode) + load_.damping(mode)) / J_;
     if constexpr (kHasBristle) {
       const Bristle::Slopes slopes = bristle_.slopes(direction(mode), s[1], s[2]);
@@ -101,9 +101,9 @@ class AxisPlant {
     }
     return J;
   }
-  State time_derivative(Mode mode, double t, const State& /*s*/) const noexcept {
+  State time_derivative(Mode mode, double t, const State& s) const noexcept {
     State d{};
-    if (!sticks(mode)) d[1] = -load_.reaction_rate(mode, t) / J_;
+    if (!sticks(mode)) d[1] = -load_.reaction_rate(mode, t, s[0]) / J_;
     return d;
   }
 
@@ -144,7 +144,7 @@ class AxisPlant {
   // nullptr if it is affine in every mode; else why not.
   const char* not_affine() const noexcept {
     if (kHasBristle) return "the bristle's torque is multiplied by the speed";
-    return axis_.gravity() > 0 ? "weight acts by the sine of the angle" : nullptr;
+    return axis_.gravity() > 0 ? "weight acts by the sine of the angle" : load_.not_affine();
   }
   template <class T>
   AffineFlow<T, kStates> flow(Mode mode) const noexcept requires(!kHasBristle) {
@@ -257,8 +257,9 @@ class AxisPlant {
   }
   template <class T>
   AffineForm<T, kStates> free_torque_form(Mode mode) const noexcept {
+    constexpr double kAnyTime = 0;  // no stiffness of an affine load follows it
     AffineForm<T, kStates> torque;
-    torque.c[0] = -(T(axis_.stops().stiffness(mode)) + T(load_.stiffness(mode)));
+    torque.c[0] = -(T(axis_.stops().stiffness(mode)) + T(load_.stiffness(mode, kAnyTime)));
     torque.c[1] = -(T(axis_.damping(mode)) + T(load_.damping(mode)));
     torque.d = T(torque_) - axis_.stops().reaction(mode, T(0), T(0)) + load_.template fixed_torque<T>(mode);
     torque.h = 1;

@@ -40,11 +40,11 @@ class Environment {
     if ((mode & kAtWall) != 0) sum += wall_->reaction(true, x, v);
     return sum;
   }
-  double reaction_rate(Mode mode, double t) const noexcept {  // of the reaction, by the time
-    return (mode & kHandPresent) != 0 ? hand_->reaction_rate(t) : 0.0;
+  double reaction_rate(Mode mode, double t, double x) const noexcept {  // of the reaction, by the time
+    return (mode & kHandPresent) != 0 ? hand_->reaction_rate(t, x) : 0.0;
   }
-  double stiffness(Mode mode) const noexcept {
-    return ((mode & kHandPresent) != 0 ? hand_->stiffness() : 0.0) + ((mode & kAtWall) != 0 ? wall_->stiffness : 0.0);
+  double stiffness(Mode mode, double t) const noexcept {
+    return ((mode & kHandPresent) != 0 ? hand_->stiffness(t) : 0.0) + ((mode & kAtWall) != 0 ? wall_->stiffness : 0.0);
   }
   double damping(Mode mode) const noexcept {
     return ((mode & kHandPresent) != 0 ? hand_->damping(mode) : 0.0) + ((mode & kAtWall) != 0 ? wall_->damping : 0.0);
@@ -85,7 +85,8 @@ class Environment {
     if ((mode & kAtWall) != 0) sum += wall_->reaction(true, T(0), T(0));
     return -sum;
   }
-  bool forced() const noexcept { return hand_ && hand_->moves(); }
+  bool forced() const noexcept { return hand_ && hand_->acts(); }
+  const char* not_affine() const noexcept { return hand_ ? hand_->not_affine() : nullptr; }
   template <class T>
   Forcing<T> forcing(double t) const noexcept {
     if (forced() && hand_->present(t)) return hand_->forcing<T>();

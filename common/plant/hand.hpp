@@ -1,17 +1,19 @@
 // The patient's hand: spring and damper around a rest angle, in the orthosis from one time until another. Put in at a
 // deflection, it pushes at once: that is what happens at the bedside, and the jump is left as it is.
 //
-//   torque = k (x - x_rest(t)) + b v + c (|v| - v_0) sign(v) while stretched
+//   torque = k(t) (x - x_rest(t)) + b v - tremor sin(w t) + c (|v| - v_0) sign(v) while stretched
 //
 // A spastic muscle resists a fast stretch besides: motion away from the rest angle, faster than v_0. There it begins
 // without a jump; a motion that is fast already as it passes the rest angle is caught at once. A patient who moves by
-// himself moves the rest angle: by his work, with the tissue's damper still on the joint.
+// himself moves the rest angle: by his work, with the tissue's damper still on the joint. Muscle tone that falls takes
+// the energy of the stretch along.
 #pragma once
 
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "common/integrate/affine.hpp"
 #include "common/plant/plant_mode.hpp"
@@ -31,15 +33,30 @@ class Hand {
     double spastic_above = 0.2;   // rad/s
     double rest_amplitude = 0;    // rad, around rest; counted from 0 s, not from when the hand is put in
     double rest_frequency = 0.3;  // Hz
+    std::optional<double> relaxed = std::nullopt;  // N m/rad, at most stiffness; from which it falls once it is in
+    double relax_time = 5;                         // s, of the exponential
+    double tremor = 0;                             // N m, zero at 0 s
+    double tremor_frequency = 5;                   // Hz
   };
   static constexpr std::size_t kGuards = 2;  // stretched upwards, downwards
 
   explicit Hand(const Params& params)
-      : p_(params), omega_(2.0 * std::numbers::pi * params.rest_frequency), moves_(params.rest_amplitude != 0) {}
+      : p_(params),
+        omega_(2.0 * std::numbers::pi * params.rest_frequency),
+        tremor_omega_(2.0 * std::numbers::pi * params.tremor_frequency),
+        moves_(params.rest_amplitude != 0),
+        trembles_(params.tremor != 0),
+        acts_(moves_ || trembles_ || params.relaxed) {}
 
   bool present(double t) const noexcept { return t >= p_.from && t < p_.until; }
   bool spastic() const noexcept { return p_.spastic != 0; }
-  bool moves() const noexcept { return moves_; }
+  // Does it exert what comes and goes with the time?
+  bool acts() const noexcept { return acts_; }
+  // nullptr if it is affine in every mode, with a forcing of one sine; else why not.
+  const char* not_affine() const noexcept {
+    if (p_.relaxed) return "the stiffness of the hand follows the time";
+    return moves_ && trembles_ ? "the hand moves and trembles at a frequency each" : nullptr;
+  }
   // The first time after t at which it comes or goes.
   double next_break(double t) const noexcept {
     if (t < p_.from) return p_.from;
@@ -59,7 +76,9 @@ class Hand {
   // All of a hand that is present. Reaction, sign of Motion::f: positive resists positive motion.
   double reaction(Mode mode, double t, double x, double v) const noexcept {
     const double torque = still(mode, x, v);
-    return moves_ ? torque - p_.stiffness * (rest_at(t) - p_.rest) : torque;
+    if (!acts_) return torque;
+    return torque + (stiffness(t) - p_.stiffness) * (x - p_.rest) - stiffness(t) * (rest_at(t) - p_.rest) -
+           tremor_at(t);
   }
   // Without what comes and goes with the time.
   template <class T>
@@ -68,8 +87,14 @@ class Hand {
     if ((mode & kStretched) == 0) return torque;
     return torque + T(p_.spastic) * (v - T(side(mode)) * T(p_.spastic_above));
   }
-  double reaction_rate(double t) const noexcept { return moves_ ? -p_.stiffness * rest_rate(t) : 0.0; }
-  double stiffness() const noexcept { return p_.stiffness; }
+  double reaction_rate(double t, double x) const noexcept {
+    if (!acts_) return 0.0;
+    return stiffness_rate(t) * (x - rest_at(t)) - stiffness(t) * rest_rate(t) - tremor_rate(t);
+  }
+  double stiffness(double t) const noexcept {
+    if (!p_.relaxed) return p_.stiffness;
+    return *p_.relaxed + (p_.stiffness - *p_.relaxed) * std::exp(-std::fmax(0.0, t - p_.from) / p_.relax_time);
+  }
   double damping(Mode mode) const noexcept { return p_.damping + ((mode & kStretched) != 0 ? p_.spastic : 0.0); }
 
   // Not stretched: it is on the other side of the rest angle, or slow. Once stretched it goes away from the rest angle,
@@ -97,20 +122,25 @@ class Hand {
   }
   static constexpr Mode bit(std::size_t guard) noexcept { return guard == 0 ? kStretchedUp : kStretchedDown; }
 
-  // What the patient does of himself, as a torque on the joint.
+  // What the patient does of himself, as a torque on the joint, where that is one sine.
   template <class T>
   Forcing<T> forcing() const noexcept {
+    if (trembles_) return {.begin = 0, .polynomial = {}, .omega = T(tremor_omega_), .sine = T(p_.tremor), .cosine = 0};
     return {
         .begin = 0, .polynomial = {}, .omega = T(omega_), .sine = T(p_.stiffness) * T(p_.rest_amplitude), .cosine = 0};
   }
 
   double stored_energy(double t, double x) const noexcept {
     const double stretch = x - rest_at(t);
-    return 0.5 * p_.stiffness * stretch * stretch;
+    return 0.5 * stiffness(t) * stretch * stretch;
   }
   PowerFlow power(Mode mode, double t, double x, double v) const noexcept {
     PowerFlow flow{0.0, p_.damping * v * v};
-    if (moves_) flow.supplied -= p_.stiffness * (x - rest_at(t)) * rest_rate(t);
+    if (acts_) {
+      const double stretch = x - rest_at(t);
+      flow.supplied = tremor_at(t) * v - stiffness(t) * stretch * rest_rate(t);
+      flow.dissipated -= 0.5 * stiffness_rate(t) * stretch * stretch;
+    }
     if ((mode & kStretched) != 0) flow.dissipated += p_.spastic * (v - side(mode) * p_.spastic_above) * v;
     return flow;
   }
@@ -121,11 +151,18 @@ class Hand {
   double rest_at(double t) const noexcept {
     return moves_ ? p_.rest + p_.rest_amplitude * std::sin(omega_ * t) : p_.rest;
   }
-  double rest_rate(double t) const noexcept { return p_.rest_amplitude * omega_ * std::cos(omega_ * t); }
+  double rest_rate(double t) const noexcept { return moves_ ? p_.rest_amplitude * omega_ * std::cos(omega_ * t) : 0.0; }
+  double stiffness_rate(double t) const noexcept {
+    return p_.relaxed && t >= p_.from ? (*p_.relaxed - stiffness(t)) / p_.relax_time : 0.0;
+  }
+  double tremor_at(double t) const noexcept { return trembles_ ? p_.tremor * std::sin(tremor_omega_ * t) : 0.0; }
+  double tremor_rate(double t) const noexcept {
+    return trembles_ ? p_.tremor * tremor_omega_ * std::cos(tremor_omega_ * t) : 0.0;
+  }
 
   Params p_;
-  double omega_;
-  bool moves_;
+  double omega_, tremor_omega_;  // rad/s
+  bool moves_, trembles_, acts_;
 };
 
 }  // namespace farhand

@@ -113,8 +113,8 @@ class SeriesElasticPlantWith {
       return {s[kV], torque / p_.J, s[kVMotor], a_motor};
     }
   }
-  StateMatrix<kStates> jacobian(Mode mode, double /*t*/, const State& s) const noexcept {
-    const AffineForm<double, 4> torque = torque_form<double>(mode);
+  StateMatrix<kStates> jacobian(Mode mode, double t, const State& s) const noexcept {
+    const AffineForm<double, 4> torque = torque_form<double>(mode, t);
     StateMatrix<kStates> J{};
     J[kX][kV] = J[kXMotor][kVMotor] = 1.0;
     for (std::size_t i = 0; i < 4; ++i) J[kV][i] = torque.c[i] / p_.J;
@@ -128,9 +128,9 @@ class SeriesElasticPlantWith {
     }
     return J;
   }
-  State time_derivative(Mode mode, double t, const State& /*s*/) const noexcept {
+  State time_derivative(Mode mode, double t, const State& s) const noexcept {
     State d{};
-    d[kV] = -environment_.reaction_rate(mode, t) / p_.J;
+    d[kV] = -environment_.reaction_rate(mode, t, s[kX]) / p_.J;
     return d;
   }
 
@@ -154,11 +154,12 @@ class SeriesElasticPlantWith {
   double next_break(double t) const noexcept { return environment_.next_break(t); }
 
   const char* not_affine() const noexcept {
-    return kHasBristle ? "the bristle's torque is multiplied by the speed" : nullptr;
+    return kHasBristle ? "the bristle's torque is multiplied by the speed" : environment_.not_affine();
   }
   template <class T>
   AffineFlow<T, kStates> flow(Mode mode) const noexcept requires(!kHasBristle) {
-    const AffineForm<T, 4> torque = torque_form<T>(mode);
+    constexpr double kAnyTime = 0;  // no stiffness of an affine environment follows it
+    const AffineForm<T, 4> torque = torque_form<T>(mode, kAnyTime);
     AffineFlow<T, kStates> flow;
     flow.A[kX][kV] = flow.A[kXMotor][kVMotor] = 1;
     for (std::size_t i = 0; i < kStates; ++i) flow.A[kV][i] = torque.c[i] / T(p_.J);
@@ -262,10 +263,10 @@ class SeriesElasticPlantWith {
   }
   // Everything that turns the joint, but the tendons.
   template <class T>
-  AffineForm<T, 4> torque_form(Mode mode) const noexcept {
+  AffineForm<T, 4> torque_form(Mode mode, double t) const noexcept {
     const T k = T(p_.spring) + T(ends_.stiffness(mode)), b = T(ends_.damping(mode));
     AffineForm<T, 4> torque;
-    torque.c[kX] = -(k + T(stops_.stiffness(mode)) + T(environment_.stiffness(mode)));
+    torque.c[kX] = -(k + T(stops_.stiffness(mode)) + T(environment_.stiffness(mode, t)));
     torque.c[kV] = -(b + T(p_.viscous) + T(stops_.damping(mode)) + T(environment_.damping(mode)));
     torque.c[kXMotor] = k;
     torque.c[kVMotor] = b;

@@ -49,11 +49,11 @@ class Therapist {
     const IntendedMotion::Point intended = motion_.at(mode >> kPieceShift, t);
     return K_h_ * (x - intended.x) + B_h_ * (v - intended.v);
   }
-  double reaction_rate(Mode mode, double t) const noexcept {  // of the reaction, by the time
+  double reaction_rate(Mode mode, double t, double /*x*/) const noexcept {  // of the reaction, by the time
     const IntendedMotion::Point intended = motion_.at(mode >> kPieceShift, t);
     return -K_h_ * intended.v - B_h_ * intended.a;
   }
-  double stiffness(Mode /*mode*/) const noexcept { return K_h_; }
+  double stiffness(Mode /*mode*/, double /*t*/) const noexcept { return K_h_; }
   double damping(Mode /*mode*/) const noexcept { return B_h_; }
   std::array<double, kGuards> guards(Mode /*mode*/, double /*x*/, double /*v*/) const noexcept { return {}; }
   static constexpr bool watches_speed(Mode /*mode*/) noexcept { return false; }
@@ -66,6 +66,7 @@ class Therapist {
   double next_break(double t) const noexcept { return motion_.next_break(t); }
   double inertia() const noexcept { return J_h_; }
 
+  static constexpr const char* not_affine() noexcept { return nullptr; }
   // What stays of minus the reaction at x = v = 0, and what comes and goes with the time.
   template <class T>
   T fixed_torque(Mode /*mode*/) const noexcept {

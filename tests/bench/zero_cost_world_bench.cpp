@@ -133,10 +133,11 @@ struct Nothing {
   Mode mode_at(double, double, double, double = 0) const noexcept { return 0; }
   static constexpr bool acts(Mode) noexcept { return false; }
   double reaction(Mode, double, double, double) const noexcept { return 0.0; }
-  double reaction_rate(Mode, double) const noexcept { return 0.0; }
-  double stiffness(Mode) const noexcept { return 0.0; }
+  double reaction_rate(Mode, double, double) const noexcept { return 0.0; }
+  double stiffness(Mode, double) const noexcept { return 0.0; }
   double damping(Mode) const noexcept { return 0.0; }
   std::array<double, 0> guards(Mode, double, double) const noexcept { return {}; }
+  static constexpr bool watches_speed(Mode) noexcept { return false; }
   static FreeRange free_range(const FreeRange& range) noexcept { return range; }
   template <class T, std::size_t S>
   std::array<AffineGuard<T, S>, 0> guard_forms(Mode) const noexcept {
@@ -145,6 +146,7 @@ struct Nothing {
   static constexpr Mode bit(std::size_t) noexcept { return 0; }
   double next_break(double) const noexcept { return std::numeric_limits<double>::infinity(); }
   double inertia() const noexcept { return 0.0; }
+  static constexpr const char* not_affine() noexcept { return nullptr; }
   template <class T>
   T fixed_torque(Mode) const noexcept {
     return 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "common/config/scene_loops.hpp"
@@ -45,8 +46,14 @@ struct Facts {
     }
     const scene::Hand& h = s.slave().hand();
     hand_given = s.slave().has_hand();
-    hand = hand_given && (h.stiffness_nm_per_rad() > 0 || h.damping_nms_per_rad() > 0) && h.from_s() < s.duration_s();
-    if (hand) touch_nm = h.stiffness_nm_per_rad() * (scale_of(s).position * reach + std::fabs(h.rest_rad()));
+    hand = hand_given && h.from_s() < s.duration_s() &&
+           (h.stiffness_nm_per_rad() > 0 || h.damping_nms_per_rad() > 0 || h.spastic_nms_per_rad() > 0 ||
+            h.tremor_nm() > 0);
+    if (hand) {
+      const double stretch = scale_of(s).position * reach + std::fabs(h.rest_rad()) + h.rest_amplitude_rad();
+      touch_nm = h.stiffness_nm_per_rad() * stretch + h.tremor_nm();
+      if (h.spastic_nms_per_rad() > 0) touch_nm = std::numeric_limits<double>::infinity();  // follows the speed
+    }
     const double min = elastic ? s.slave().series_elastic().stop_min_rad() : s.slave().motor().stop_min_rad();
     const double max = elastic ? s.slave().series_elastic().stop_max_rad() : s.slave().motor().stop_max_rad();
     wall_given = s.slave().has_wall();
@@ -345,7 +352,9 @@ class Builder {
       lacks(Place::kWorldSlave, BlockId::kHand, "hand", "slave.hand is absent: nothing is in the orthosis");
     } else {
       Block& hand = has(Place::kWorldSlave, BlockId::kHand, "hand",
-                        say(h.stiffness_nm_per_rad(), " N m/rad from ", h.from_s(), " s"));
+                        say(h.stiffness_nm_per_rad(), " N m/rad from ", h.from_s(), " s",
+                            h.spastic_nms_per_rad() > 0 ? ", spastic" : "", h.rest_amplitude_rad() > 0 ? ", moves" : "",
+                            h.has_relaxed_nm_per_rad() ? ", relaxes" : "", h.tremor_nm() > 0 ? ", trembles" : ""));
       if (h.from_s() >= s_.duration_s()) {
         hand.needless = say("the hand is put in after the run of ", s_.duration_s(), " s; leave slave.hand out");
       } else if (!f_.hand) {
