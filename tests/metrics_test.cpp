@@ -223,6 +223,36 @@ TEST(Metrics, StableMeansSmallOrClearlyShrinkingResidual) {
   EXPECT_TRUE(compute_metrics(session, windows()).is_false("stable"));
 }
 
+// Where someone is meant to move the angle, that it moves says nothing about the loop.
+TEST(Metrics, AnAngleThatSomeoneMovesIsNotJudged) {
+  const Session session = ringing(0.01, 0.015);
+  const auto judged = [&](const scene::Scene& scene) { return compute_metrics(session, scene).is_false("stable"); };
+  const auto reason = [&](const scene::Scene& scene) {
+    const Metrics metrics = compute_metrics(session, scene);
+    EXPECT_TRUE(std::holds_alternative<std::monostate>(metrics.at("residual_p2p_rad").value));
+    EXPECT_TRUE(std::holds_alternative<std::monostate>(metrics.at("stable").value));
+    EXPECT_EQ(metrics.at("stable").absent_because, metrics.at("residual_p2p_rad").absent_because);
+    EXPECT_EQ(metrics.text("verdict"), "ok");
+    return metrics.at("stable").absent_because;
+  };
+  scene::Scene scene = windows();
+  scene::Hand& hand = *scene.mutable_slave()->mutable_hand();
+  hand.set_until_s(1e9);
+  EXPECT_TRUE(judged(scene));
+  hand.set_rest_amplitude_rad(0.15);
+  EXPECT_EQ(reason(scene), "the patient moves by himself at the end of the contact window");
+  hand.set_until_s(18);  // taken out before the last 2 s
+  EXPECT_TRUE(judged(scene));
+  hand.set_until_s(1e9), hand.set_rest_amplitude_rad(0), hand.set_tremor_nm(0.1);
+  EXPECT_EQ(reason(scene), "the patient trembles at the end of the contact window");
+  hand.set_tremor_nm(0);
+  scene::Movement& sine = *scene.mutable_master()->mutable_therapist()->add_intended();
+  sine.set_duration_s(18), sine.set_sine_amplitude_rad(0.3);
+  EXPECT_TRUE(judged(scene));
+  sine.set_duration_s(18.5);
+  EXPECT_EQ(reason(scene), "the therapist swings to and fro at the end of the contact window");
+}
+
 TEST(Metrics, OnlyEngagedTicksCountForErrors) {
   Session session = session_of(still(0.2, -0.3, -0.3), still(0.2, 0.3, 0.3));
   for (auto* samples : {&session.master, &session.slave}) {

@@ -44,6 +44,19 @@ TEST(Verdict, FaultAndMissingEngagementFail) {
   EXPECT_NE(why.find("never engaged"), std::string::npos) << why;
 }
 
+// Also where the angle itself is not judged.
+TEST(Verdict, LeavingEngagementInContactFailsAPatientWhoMoves) {
+  std::string why;
+  scene::Scene scene = windows();
+  scene.mutable_slave()->mutable_hand()->set_tremor_nm(0.1);
+  scene.mutable_slave()->mutable_hand()->set_until_s(1e9);
+  Session session = good_session();
+  EXPECT_EQ(verdict(session, scene, &why), "ok");
+  set_state(session.slave, 12, 13, StationState::kHolding);
+  EXPECT_EQ(verdict(session, scene, &why), "failed");
+  EXPECT_NE(why.find("Contact was not stable: a side left engagement in it."), std::string::npos) << why;
+}
+
 TEST(Verdict, LimitsOfTheSceneDegrade) {
   std::string why;
   Session session = session_of(still(0.225, -0.3, -0.3), still(0.2, 0.3, 0.3));

@@ -112,8 +112,30 @@ double rest_angle(const scene::Slave& slave) {
   return slave.has_wall() ? slave.wall().at_rad() : kAbsent;
 }
 
+// Who moves the angle in this span without anything being wrong; empty if nobody does.
+std::string moved_by_therapist(const scene::Therapist& therapist, const Span& span) {
+  double from_s = 0;
+  for (const scene::Movement& movement : therapist.intended()) {
+    const double until_s = from_s + movement.duration_s();
+    if (movement.sine_amplitude_rad() > 0 && from_s < span.until_s && until_s > span.from_s)
+      return "the therapist swings to and fro at the end of the contact window";
+    from_s = until_s;
+  }
+  return "";
+}
+std::string moved_by_patient(const scene::Slave& slave, const Span& span) {
+  const scene::Hand& hand = slave.hand();
+  if (!slave.has_hand() || hand.from_s() >= span.until_s || hand.until_s() <= span.from_s) return "";
+  if (hand.rest_amplitude_rad() > 0) return "the patient moves by himself at the end of the contact window";
+  return hand.tremor_nm() > 0 ? "the patient trembles at the end of the contact window" : "";
+}
+
 void steady_ratios(const AlignedSession& a, const scene::Scene& scene, const Span& window, Metrics& out) {
   const Span tail = tail_of(window);
+  if (const std::string moved = moved_by_therapist(scene.master().therapist(), tail); !moved.empty()) {
+    for (const auto* key : {"force_ratio", "k_seen_ratio"}) out.set_absent(key, moved);
+    return;
+  }
   const Statistics F_m = over(a.master.t_s, a.master.F_nm, tail), F_s = over(a.slave.t_s, a.slave.F_nm, tail);
   const Statistics x_m = over(a.master.t_s, a.master.x_rad, tail), x_s = over(a.slave.t_s, a.slave.x_rad, tail);
   if (F_m.count == 0 || F_s.count == 0) {
@@ -129,7 +151,9 @@ void steady_ratios(const AlignedSession& a, const scene::Scene& scene, const Spa
   out.set("force_ratio", F_m.mean() / (a.force_scale * F_s.mean()));
   const double rest = rest_angle(scene.slave()), depth_m = x_m.mean() - rest / a.position_scale,
                depth_s = x_s.mean() - rest;
-  if (!std::isfinite(rest)) {
+  if (scene.slave().has_hand() && scene.slave().hand().rest_amplitude_rad() > 0) {
+    out.set_absent("k_seen_ratio", "the patient moves by himself, so there is no one rest angle");
+  } else if (!std::isfinite(rest)) {
     out.set_absent("k_seen_ratio", "nothing is in the orthosis, so there is no rest angle");
   } else if (!(std::abs(depth_m) >= kLeastAngle_rad && std::abs(depth_s) >= kLeastAngle_rad)) {
     out.set_absent("k_seen_ratio", "a side is at the rest angle at the end of the contact window");
@@ -153,7 +177,7 @@ bool covers(const SideCurves& side, const Span& window) {
   return !side.t_s.empty() && side.t_s.front() <= window.from_s + kGap_s && side.t_s.back() >= window.until_s - kGap_s;
 }
 
-void stability(const AlignedSession& a, const Span& window, Metrics& out) {
+void stability(const AlignedSession& a, const scene::Scene& scene, const Span& window, Metrics& out) {
   // A fault ends a run early: that is an answer and not a missing one.
   const bool fault = any_fault(a.master) || any_fault(a.slave);
   const bool whole = covers(a.master, window) && covers(a.slave, window);
@@ -165,14 +189,24 @@ void stability(const AlignedSession& a, const Span& window, Metrics& out) {
       out.set_absent("stable", "the run does not cover the contact window");
     return;
   }
+  const bool engaged = !fault && engaged_throughout(a.master, window) && engaged_throughout(a.slave, window);
+  std::string moved = moved_by_therapist(scene.master().therapist(), tail_of(window));
+  if (moved.empty()) moved = moved_by_patient(scene.slave(), tail_of(window));
+  if (!moved.empty()) {
+    out.set_absent("residual_p2p_rad", moved);
+    if (engaged)
+      out.set_absent("stable", moved);
+    else
+      out.set("stable", false);
+    return;
+  }
   const auto residual = [&](const Span& span) {
     return std::fmax(over(a.master.t_s, a.master.x_rad, span).peak_to_peak(),
                      over(a.slave.t_s, a.slave.x_rad, span).peak_to_peak());
   };
   const double last = residual(tail_of(window)), before = residual(before_tail_of(window));
   out.set("residual_p2p_rad", last);
-  out.set("stable", !fault && engaged_throughout(a.master, window) && engaged_throughout(a.slave, window) &&
-                        (last < kResidual_rad || last < 0.5 * before));
+  out.set("stable", engaged && (last < kResidual_rad || last < 0.5 * before));
 }
 
 void contact(const AlignedSession& a, const scene::Scene& scene, Metrics& out) {
@@ -190,7 +224,7 @@ void contact(const AlignedSession& a, const scene::Scene& scene, Metrics& out) {
   set_rms_and_peak(out, "force_error_delayed_rms_nm", "", over(a.master.t_s, a.force_error_delayed_nm, window),
                    nobody + " and a known delay");
   steady_ratios(a, scene, window, out);
-  stability(a, window, out);
+  stability(a, scene, window, out);
 }
 
 void whole_run(const Session& session, const scene::Scene& scene, const AlignedSession& a, Metrics& out) {

@@ -41,9 +41,10 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
      "time during which a side held after it was engaged, unless the operator asked for it or the run was over"},
     {"stable", "",
      "both sides engaged during the whole contact window without a fault, and residual_p2p_rad below 0.005 or less "
-     "than half of that of the 2 s before"},
+     "than half of that of the 2 s before; not judged where a sine moves the therapist or the patient at its end"},
     {"residual_p2p_rad", "rad",
-     "peak to peak of the angle in the last 2 s of the contact window, the larger of the two sides"},
+     "peak to peak of the angle in the last 2 s of the contact window, the larger of the two sides; none where a sine "
+     "moves the therapist or the patient then"},
     {"tracking_rms_rad", "rad", "x_s(t) - x_m(t - T_p) over the free window, RMS of engaged ticks"},
     {"tracking_peak_rad", "rad", "largest |x_s(t) - x_m(t - T_p)| in the free window"},
     {"tracking_run_rms_rad", "rad", "x_s(t) - x_m(t - T_p) over the whole run, RMS of engaged ticks"},

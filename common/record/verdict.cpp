@@ -72,6 +72,10 @@ double hold_of_side(const std::vector<StationSample>& side, const std::vector<St
   return held_s;
 }
 
+bool any_fault(const std::vector<StationSample>& side) {
+  return std::any_of(side.begin(), side.end(), [](const StationSample& s) { return s.state == kFault; });
+}
+
 void judge_side(std::string_view who, const std::vector<StationSample>& side, const scene::Scene& scene,
                 std::vector<std::string>& failed, std::vector<std::string>& degraded) {
   const std::string name(who);
@@ -114,10 +118,12 @@ Judgement judge(const Session& session, const scene::Scene& scene, const Metrics
   if (!(metrics.number("engaged_s") > 0)) failed.push_back("The two sides were never engaged together.");
   if (metrics.is_false("stable")) {
     const double residual = metrics.number("residual_p2p_rad");
+    const bool fault = any_fault(session.master) || any_fault(session.slave);
     failed.push_back(std::isfinite(residual)
                          ? "Contact was not stable: the angle still moved by " + three_digits(1e3 * residual) +
                                " mrad in the last 2 s of the contact window, or a side left engagement in it."
-                         : std::string("Contact was not stable: it ended in a fault."));
+                         : "Contact was not stable: " +
+                               std::string(fault ? "it ended in a fault." : "a side left engagement in it."));
   }
   const auto above = [&](std::string_view key, bool judged, double limit, double scale, const std::string& what,
                          const std::string& unit) {
