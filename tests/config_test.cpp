@@ -262,6 +262,8 @@ TEST(Load, ChecksWhatMustFitTogether) {
             "FILE:3:16: slave.hand.from_s = 3 must be below until_s = 2");
   EXPECT_EQ(complaint(kBase + "slave { hand { relaxed_nm_per_rad: 3 } }"),
             "FILE:3:16: slave.hand.relaxed_nm_per_rad = 3 must be at most stiffness_nm_per_rad = 2");
+  EXPECT_EQ(complaint(kBase + "master { therapist { grip: CUSTOM K_h_nm_per_rad: 0 reaction { above_nm: 1 } } }"),
+            "FILE:3:53: master.therapist.reaction needs master.therapist.K_h_nm_per_rad above 0: torque is felt by it");
   EXPECT_EQ(complaint(kBase + "network { forward { cut_from_s: 3 cut_until_s: 2 } }"),
             "FILE:3:21: network.forward.cut_from_s = 3 must be at most cut_until_s = 2");
   EXPECT_EQ(complaint(kBase + "network { backward { cut_from_s: 3 cut_until_s: 3 } }"), "");

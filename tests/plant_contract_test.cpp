@@ -50,6 +50,16 @@ MasterPlantWith<kFriction> master(double gravity = 0) {
                      Movement::ramp(-0.2, 0.5)};
   return MasterPlantWith<kFriction>(p);
 }
+// Has felt too much for a while, and is drawing back.
+template <Friction kFriction>
+MasterPlantWith<kFriction> giving_way() {
+  MasterPlant::Params p{.motor = motor<kFriction>(0)};
+  p.load.intended = {Movement::hold(0.4), Movement::ramp(0.3, 0.7), Movement::sine(0.1, 1.5, 1.1)};
+  p.load.reaction = VoluntaryReaction::Params{.above = 0.1, .after = 0.02};
+  MasterPlantWith<kFriction> plant(p);
+  for (int k = 1; k < 100; ++k) plant.decide(0.4, {-0.2, 0});
+  return plant;
+}
 template <Friction kFriction>
 DirectSlavePlantWith<kFriction> direct(double gravity = 0, const Hand::Params& hand = kHand) {
   return DirectSlavePlantWith<kFriction>({.motor = motor<kFriction>(gravity), .load = {.hand = hand, .wall = kWall}});
@@ -248,6 +258,7 @@ TEST_F(Contract, JacobianAndTimeDerivativeAreThoseOfTheDerivative) {
   check_slopes(master<Friction::kNone>(0.2), 3);
   check_slopes(master<Friction::kCoulomb>(0.2), 0.5);
   check_slopes(master<Friction::kBristle>(), 3);
+  check_slopes(giving_way<Friction::kNone>(), 3);
   check_slopes(direct<Friction::kNone>(), 3);
   check_slopes(direct<Friction::kCoulomb>(), 0.5);
   check_slopes(direct<Friction::kBristle>(0.2), 3);
@@ -268,6 +279,8 @@ TEST_F(Contract, TheAffineFormSaysTheSame) {
   static_assert(AffinePlant<SeriesElasticPlant>);
   check_affine(master<Friction::kNone>(), 3);
   check_affine(master<Friction::kCoulomb>(), 0.5);
+  check_affine(giving_way<Friction::kNone>(), 3);
+  check_affine(giving_way<Friction::kCoulomb>(), 0.5);
   check_affine(direct<Friction::kNone>(), 3);
   check_affine(direct<Friction::kCoulomb>(), 0.5);
   check_affine(elastic<Friction::kNone>(), 4);

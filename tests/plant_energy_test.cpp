@@ -31,11 +31,11 @@ void balance(const char* name, const P& made, Input input, double seconds) {
   Integrator<DormandPrince, Metered<P>> integrator(settings);
   integrator.start(plant, 0, plant.start());
   const double before = plant.plant().stored_energy(0, made.start());
-  double least_loss = 1, lost = 0, turnover = 0, stored = before;
+  double least_loss = 1, lost = 0, turnover = 0, stored = before, decided = 0;
   const int ticks = static_cast<int>(seconds * 1e3 + 0.5);
   for (int k = 0; k < ticks; ++k) {
     const double put_in = plant.plant().stored_energy(k * 1e-3, plant.own(integrator.state())) - stored;
-    EXPECT_NEAR(put_in, 0, 1e-14);  // nothing here changes what is stored at an instant
+    EXPECT_NEAR(put_in, 0, 1e-14);  // nothing but a decision changes what is stored at an instant
     plant.hold(input(k * 1e-3));
     integrator.advance(plant, (k + 1) * 1e-3);
     ASSERT_EQ(integrator.status(), IntegratorStatus::kOk);
@@ -44,9 +44,15 @@ void balance(const char* name, const P& made, Input input, double seconds) {
     const double now = plant.plant().stored_energy((k + 1) * 1e-3, plant.own(integrator.state()));
     turnover += std::fabs(now - stored);
     stored = now;
+    if constexpr (requires { plant.decide(0.0, integrator.state()); }) {
+      if (!std::isfinite(made.next_decision())) continue;
+      plant.decide((k + 1) * 1e-3, integrator.state());
+      stored = plant.plant().stored_energy((k + 1) * 1e-3, plant.own(integrator.state()));
+      decided += stored - now;
+    }
   }
   const double supplied = integrator.state()[plant.kSupplied];
-  const double gap = supplied - lost - (stored - before);
+  const double gap = supplied + decided - lost - (stored - before);
   std::printf("energy, %s: supplied %.6f J, lost %.6f J, stored %.6f J, gap %.1e J, %llu events\n", name, supplied,
               lost, stored - before, gap, static_cast<unsigned long long>(integrator.counters().events));
   EXPECT_GT(lost, 1e-4);
@@ -83,6 +89,14 @@ TEST(Energy, BalancesWithAHandThatActs) {
   const Hand::Params trembling{.stiffness = 3, .tremor = 0.1};
   balance("trembling", DirectSlavePlant({.load = {.hand = trembling}}), push, 3);
   balance("trembling, orthosis", SeriesElasticPlant({.environment = {.hand = trembling}}), velocity, 2);
+}
+
+TEST(Energy, BalancesWithATherapistWhoGivesWay) {
+  MasterPlant::Params p;
+  p.load.K_h = 10, p.load.B_h = 0.15;
+  p.load.intended = {Movement::ramp(0.6, 0.3), Movement::sine(0.2, 2, 1)};
+  p.load.reaction = VoluntaryReaction::Params{.above = 0.5, .after = 0.05};
+  balance("gives way", MasterPlant(p), torque, 2);
 }
 
 TEST(Energy, BalancesThroughImpactsAndStops) {

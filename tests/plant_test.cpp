@@ -360,6 +360,87 @@ TEST(Master, TrueForceIsMinusTheTherapistsPushInBothDirections) {
   }
 }
 
+// At a stop the therapist presses with K_h times what he intends. One reaction time after it has become too much he
+// draws back at his speed, and stops where just as much is felt as he wants.
+TEST(Master, ATherapistGivesWayAfterHisReactionTime) {
+  for (const double side : {1.0, -1.0}) {
+    MasterWorld::Params p{.motor = free_motor()};
+    p.motor.stop_min = -1e-9, p.motor.stop_max = 1e-9;  // the device cannot move but by the stop's softness
+    p.load = {.K_h = 10,
+              .B_h = 0.15,
+              .intended = {Movement::ramp(side * 0.3, 0.5), Movement::hold(3), Movement::ramp(0, 0.5)}};
+    const MasterWorld::Params firm = p;
+    p.load.reaction = VoluntaryReaction::Params{.above = 1, .after = 0.2, .speed = 0.3};
+    MasterWorld world(p), other(firm);
+    double too_much = 0, begun = 0, before = 0, fastest = 0;
+    for (int k = 1; k <= 6000; ++k) {
+      const double t = k * 1e-3;
+      world.advance(0, t), other.advance(0, t);
+      const double drawn_back = side * (other.truth().intended_x - world.truth().intended_x);
+      EXPECT_GE(drawn_back, -1e-15);
+      fastest = std::max(fastest, std::fabs(drawn_back - before) / 1e-3);
+      before = drawn_back;
+      if (too_much == 0 && 10 * (side * (other.truth().intended_x - world.true_x())) > 1) too_much = t;
+      if (begun == 0 && drawn_back > 0) begun = t;
+      if (k == 3400) {
+        EXPECT_NEAR(side * world.true_f(), -1, 1e-6);
+        EXPECT_NEAR(side * other.true_f(), -10 * 0.3 / (1 + 10 / 3000.0), 1e-6);
+      }
+    }
+    EXPECT_NEAR(begun - too_much, 0.2, 1e-12);
+    EXPECT_NEAR(fastest, 0.3, 1e-9);
+    EXPECT_EQ(world.truth().intended_x, other.truth().intended_x);  // all is given back once nothing is felt
+  }
+}
+
+// Decisions fall at his own times: it is one whether a world is asked for tick by tick, or for many ticks at once, or
+// at times in between.
+TEST(Master, ATherapistDecidesAtHisOwnTimes) {
+  MasterWorld::Params p;
+  p.load.K_h = 10;
+  p.load.intended = {Movement::ramp(0.3, 0.5)};
+  p.load.reaction = VoluntaryReaction::Params{.above = 0.3, .after = 0.1};
+  for (const Method method : {Method::kClosedForm, Method::kRk4, Method::kAdaptive}) {
+    MasterWorld tick_by_tick(p, {.method = method}), at_once(p, {.method = method}), between(p, {.method = method});
+    double most = 0;
+    for (int k = 1; k <= 100; ++k) {
+      const double torque = -0.7 - 0.2 * std::sin(0.1 * k);
+      for (int i = 1; i <= 20; ++i) {
+        between.advance(torque, 0.02 * (k - 1) + 1e-3 * i - 0.37e-3);
+        between.advance(torque, 0.02 * (k - 1) + 1e-3 * i);
+        tick_by_tick.advance(torque, 0.02 * (k - 1) + 1e-3 * i);
+      }
+      at_once.advance(torque, 0.02 * k);
+      const double tolerance = method == Method::kRk4 ? 1e-9 : 1e-12;
+      EXPECT_NEAR(at_once.true_x(), tick_by_tick.true_x(), tolerance) << name_of(method);
+      EXPECT_NEAR(between.true_x(), tick_by_tick.true_x(), tolerance) << name_of(method);
+      EXPECT_NEAR(at_once.truth().intended_x, tick_by_tick.truth().intended_x, tolerance) << name_of(method);
+      most = std::max(most, 0.3 - at_once.truth().intended_x);
+    }
+    EXPECT_GT(most, 0.02);
+  }
+}
+
+TEST(Master, WhoNeverFeelsTooMuchMovesAsWhoDoesNotReact) {
+  MasterWorld::Params p;
+  p.load.intended = {Movement::ramp(0.3, 0.5)};
+  MasterWorld plain(p);
+  p.load.reaction = VoluntaryReaction::Params{.above = 5};
+  MasterWorld calm(p);
+  for (int k = 1; k <= 1000; ++k) {
+    plain.advance(-0.3, k * 1e-3), calm.advance(-0.3, k * 1e-3);
+    ASSERT_EQ(plain.true_x(), calm.true_x());
+    ASSERT_EQ(plain.true_f(), calm.true_f());
+  }
+}
+
+TEST(Master, WhoGivesWayNeedsAnArmToFeelBy) {
+  MasterWorld::Params p;
+  p.load.K_h = 0;
+  p.load.reaction = VoluntaryReaction::Params{};
+  EXPECT_THROW(MasterWorld{p}, std::invalid_argument);
+}
+
 // Third way: the equation of the device alone, J a = tau - resistance - f, with a from differences of the velocity.
 
 TEST(Master, TrueForceIsWhatTheDevicesOwnEquationLeaves) {

@@ -361,6 +361,8 @@ TEST(BareLoop, RefusesWhatItDoesNotKnow) {
     EXPECT_NE(refusal(scene, "seed=1").find("runs in whole sessions only"), std::string::npos) << scene;
   for (const char* scale : {"control.position_scale=1.5", "control.force_scale=0.5"})
     EXPECT_NE(refusal("four_channel", scale).find("sides of one size"), std::string::npos) << scale;
+  EXPECT_NE(refusal("four_channel", "master.therapist.reaction={above_nm: 1}").find("who gives way"),
+            std::string::npos);
   EXPECT_EQ(refusal("four_channel", "control.position_scale=1"), "");
 }
 

@@ -211,6 +211,10 @@ void check_together(Checker& checker, const scene::Scene& scene) {
   if (scene.windows().has_contact())
     check_window(checker, scene.windows().contact(), "windows.contact.", scene.duration_s());
 
+  const scene::Therapist& therapist = scene.master().therapist();
+  if (therapist.has_reaction() && therapist.grip() == scene::CUSTOM && therapist.k_h_nm_per_rad() == 0)
+    checker.complain("master.therapist.reaction",
+                     "master.therapist.reaction needs master.therapist.K_h_nm_per_rad above 0: torque is felt by it");
   for (int i = 0; i < scene.master().therapist().intended_size(); ++i) {
     const scene::Movement& movement = scene.master().therapist().intended(i);
     const std::string path = "master.therapist.intended[" + std::to_string(i) + "]";

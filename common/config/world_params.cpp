@@ -24,12 +24,16 @@ MotorAxis::Params motor_params(const scene::Motor& m) {
           .bristle = m.has_lugre() ? std::optional(bristle_params(m.lugre())) : std::nullopt};
 }
 
-Therapist::Params therapist_params(const scene::Therapist& t) {
+Therapist::Params therapist_params(const scene::Therapist& t, double tick_s) {
   Grip grip{t.k_h_nm_per_rad(), t.b_h_nms_per_rad()};
   if (t.grip() == scene::LIGHT) grip = kLightGrip;
   if (t.grip() == scene::NORMAL) grip = kNormalGrip;
   if (t.grip() == scene::FIRM) grip = kFirmGrip;
-  Therapist::Params p{.K_h = grip.K_h, .B_h = grip.B_h, .J_h = t.j_h_kgm2(), .intended = {}};
+  Therapist::Params p{.K_h = grip.K_h, .B_h = grip.B_h, .J_h = t.j_h_kgm2(), .intended = {}, .reaction = {}};
+  if (t.has_reaction()) {
+    const scene::Reaction& r = t.reaction();
+    p.reaction = {.above = r.above_nm(), .after = r.after_s(), .speed = r.speed_rad_s(), .tick = tick_s};
+  }
   for (const scene::Movement& m : t.intended()) {
     if (m.has_ramp_to_rad()) {
       p.intended.push_back(Movement::ramp(m.ramp_to_rad(), m.duration_s()));
@@ -89,7 +93,8 @@ Method method_of(scene::Method method) {
 }  // namespace
 
 MasterWorld::Params master_world_params(const scene::Scene& scene) {
-  return {.motor = motor_params(scene.master().motor()), .load = therapist_params(scene.master().therapist())};
+  return {.motor = motor_params(scene.master().motor()),
+          .load = therapist_params(scene.master().therapist(), scene.tick_s())};
 }
 
 DirectSlaveWorld::Params direct_slave_world_params(const scene::Scene& scene) {

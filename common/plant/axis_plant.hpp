@@ -44,6 +44,7 @@ class AxisPlant {
   static constexpr std::size_t kFrictionGuard = 2 + Load::kGuards;
   static constexpr std::size_t kGuards = kFrictionGuard + (kHasFriction ? 1 : 0);
   static constexpr bool kInputMovesGuards = kHasCoulomb;  // what breaks away
+  static constexpr bool kLoadDecides = requires(const Load& load) { load.next_decision(); };
   using State = std::array<double, kStates>;
   using Params = AxisParams<Load>;
   using Truth = AxisTruth<Load>;
@@ -61,7 +62,17 @@ class AxisPlant {
   }
 
   void hold(double torque) noexcept { torque_ = torque; }
-  double held() const noexcept { return torque_; }
+  // With what the load holds between ticks.
+  double held() const noexcept {
+    if constexpr (kLoadDecides)
+      return torque_ + load_.held_torque();
+    else
+      return torque_;
+  }
+  // When the load, a person, decides next, and its decision.
+  double next_decision() const noexcept requires kLoadDecides { return load_.next_decision(); }
+  double decision_tick() const noexcept requires kLoadDecides { return load_.decision_tick(); }
+  void decide(double t, const State& s) noexcept requires kLoadDecides { load_.decide(t, s[0]); }
   State start() const noexcept {
     State s{};
     s[0] = start_;
@@ -261,7 +272,7 @@ class AxisPlant {
     AffineForm<T, kStates> torque;
     torque.c[0] = -(T(axis_.stops().stiffness(mode)) + T(load_.stiffness(mode, kAnyTime)));
     torque.c[1] = -(T(axis_.damping(mode)) + T(load_.damping(mode)));
-    torque.d = T(torque_) - axis_.stops().reaction(mode, T(0), T(0)) + load_.template fixed_torque<T>(mode);
+    torque.d = T(held()) - axis_.stops().reaction(mode, T(0), T(0)) + load_.template fixed_torque<T>(mode);
     torque.h = 1;
     return torque;
   }

@@ -5,14 +5,18 @@
 //
 // The last term is why the arm's inertia enters the equation of motion twice: it adds to the J of the device, and it is
 // part of what crosses between hand and device. Which piece of the intended motion holds belongs to the mode, so that a
-// step that ends with a movement does not feel the next one yet.
+// step that ends with a movement does not feel the next one yet. What a therapist who gives way has drawn back is held
+// like an input of the device.
 #pragma once
 
 #include <array>
+#include <limits>
+#include <optional>
 
 #include "common/plant/intended_motion.hpp"
 #include "common/plant/plant_mode.hpp"
 #include "common/plant/power_flow.hpp"
+#include "common/plant/voluntary_reaction.hpp"
 
 namespace farhand {
 
@@ -31,14 +35,17 @@ class Therapist {
     double B_h = kNormalGrip.B_h;
     double J_h = 0.001;
     std::vector<Movement> intended = {};
+    std::optional<VoluntaryReaction::Params> reaction = std::nullopt;
   };
   struct Truth {
-    double intended_x;  // rad
+    double intended_x;  // rad, less what is drawn back
   };
   static constexpr std::size_t kGuards = 0;
 
   explicit Therapist(const Params& params, double start = 0)
-      : K_h_(params.K_h), B_h_(params.B_h), J_h_(params.J_h), motion_(params.intended, start) {}
+      : K_h_(params.K_h), B_h_(params.B_h), J_h_(params.J_h), motion_(params.intended, start) {
+    if (params.reaction) reaction_.emplace(*params.reaction, K_h_);
+  }
 
   Mode mode_at(double t, double /*x*/, double /*v*/, double /*a*/ = 0) const noexcept {
     return static_cast<Mode>(motion_.piece_at(t)) << kPieceShift;
@@ -47,7 +54,7 @@ class Therapist {
   // Without the part of the inertia. Sign of Motion::f: positive resists positive motion.
   double reaction(Mode mode, double t, double x, double v) const noexcept {
     const IntendedMotion::Point intended = motion_.at(mode >> kPieceShift, t);
-    return K_h_ * (x - intended.x) + B_h_ * (v - intended.v);
+    return K_h_ * (x - (intended.x - drawn_back_)) + B_h_ * (v - (intended.v - draws_back_));
   }
   double reaction_rate(Mode mode, double t, double /*x*/) const noexcept {  // of the reaction, by the time
     const IntendedMotion::Point intended = motion_.at(mode >> kPieceShift, t);
@@ -66,6 +73,19 @@ class Therapist {
   double next_break(double t) const noexcept { return motion_.next_break(t); }
   double inertia() const noexcept { return J_h_; }
 
+  // When a therapist who gives way decides next, and what then; +inf if none.
+  double next_decision() const noexcept {
+    return reaction_ ? reaction_->due() : std::numeric_limits<double>::infinity();
+  }
+  double decision_tick() const noexcept { return reaction_->tick(); }
+  void decide(double t, double x) noexcept {
+    reaction_->decide(motion_.at(t).x - x);
+    drawn_back_ = reaction_->drawn_back();
+    draws_back_ = reaction_->rate();
+  }
+  // What the decision that is held does to the torque on the device.
+  double held_torque() const noexcept { return -(K_h_ * drawn_back_ + B_h_ * draws_back_); }
+
   static constexpr const char* not_affine() noexcept { return nullptr; }
   // What stays of minus the reaction at x = v = 0, and what comes and goes with the time.
   template <class T>
@@ -78,19 +98,23 @@ class Therapist {
   }
 
   double stored_energy(double t, double x, double v) const noexcept {
-    const double stretch = motion_.at(t).x - x;
+    const double stretch = motion_.at(t).x - drawn_back_ - x;
     return 0.5 * J_h_ * v * v + 0.5 * K_h_ * stretch * stretch;
   }
   PowerFlow power(Mode mode, double t, double x, double v) const noexcept {
     const double v_int = motion_.at(mode >> kPieceShift, t).v;
-    return {-reaction(mode, t, x, v) * v_int, B_h_ * (v_int - v) * (v_int - v)};
+    // Between two decisions the spring stands still while the damper draws back: only the latter does work.
+    const double slip = v_int - draws_back_ - v;
+    return {-reaction(mode, t, x, v) * v_int - B_h_ * slip * draws_back_, B_h_ * slip * slip};
   }
-  Truth truth(double t) const noexcept { return {motion_.at(t).x}; }
+  Truth truth(double t) const noexcept { return {motion_.at(t).x - drawn_back_}; }
   Mode everything() const noexcept { return 0; }
 
  private:
   double K_h_, B_h_, J_h_;
   IntendedMotion motion_;
+  std::optional<VoluntaryReaction> reaction_;
+  double drawn_back_ = 0, draws_back_ = 0;  // rad, rad/s
 };
 
 }  // namespace farhand

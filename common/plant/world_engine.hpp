@@ -1,6 +1,7 @@
 // What stands behind a world, for the sources that compile it: one family of plants each, under every method.
 #pragma once
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -27,7 +28,8 @@ class EngineOf final : public WorldEngine<typename P::Truth> {
 
   void advance(double input, double t1_s) noexcept override {
     plant_.hold(input);
-    solver_.advance(plant_, t1_s);
+    if constexpr (kDecides) decide_until(t1_s);
+    if (!kDecides || solver_.time() < t1_s) solver_.advance(plant_, t1_s);
   }
   typename P::Truth truth() const noexcept override { return plant_.truth(solver_.time(), solver_.state()); }
   double encoder() const noexcept override { return plant_.encoder(solver_.state()); }
@@ -39,6 +41,7 @@ class EngineOf final : public WorldEngine<typename P::Truth> {
     }
   }
   double stored_energy() const noexcept override { return plant_.stored_energy(solver_.time(), solver_.state()); }
+  double put_in() const noexcept override { return put_in_; }
   PowerFlow power() const noexcept override {
     const double t = solver_.time();
     return plant_.power(plant_.mode_at(t, solver_.state()), t, solver_.state());
@@ -49,8 +52,26 @@ class EngineOf final : public WorldEngine<typename P::Truth> {
   IntegratorStatus status() const noexcept override { return solver_.status(); }
 
  private:
+  static constexpr bool kDecides = requires(const P& plant) { plant.next_decision(); };
+
+  // A person decides at his own times, also where several of them lie in one advance. A time is met where rounding
+  // alone parts it from the end.
+  void decide_until(double t1_s) noexcept requires kDecides {
+    while (true) {
+      const double due = plant_.next_decision();
+      if (!std::isfinite(due)) return;
+      const double rounding = 1e-6 * plant_.decision_tick();
+      if (due > t1_s + rounding) return;
+      solver_.advance(plant_, due < t1_s - rounding ? due : t1_s);
+      const double before = stored_energy();
+      plant_.decide(solver_.time(), solver_.state());
+      put_in_ += stored_energy() - before;
+    }
+  }
+
   P plant_;
   Solver solver_;
+  double put_in_ = 0;  // J
   Method method_;
   MethodChoice choice_;
 };

@@ -136,6 +136,9 @@ std::unique_ptr<BareRun> make_bare_run(const scene::Scene& scene, const BareChoi
   if (scale_of(scene).any())
     throw std::invalid_argument(
         "the bare loop knows sides of one size: control.position_scale and control.force_scale must be 1");
+  if (scene.master().therapist().has_reaction())
+    throw std::invalid_argument(
+        "the bare loop knows no therapist who gives way: master.therapist.reaction must be absent");
   scene::Scene used = scene;
   if (ideal) make_ideal(used);
   return choice.method == BareMethod::kClosedFormLong ? run_of<long double>(used, choice)

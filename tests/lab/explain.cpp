@@ -298,7 +298,8 @@ class Builder {
   void world() {
     const scene::Motor &m = s_.master().motor(), &n = s_.slave().motor();
     has(Place::kWorldMaster, BlockId::kPlant, "motor and therapist",
-        say("J + J_h = ", m.j_kgm2() + s_.master().therapist().j_h_kgm2(), " kg m2"));
+        say("J + J_h = ", m.j_kgm2() + s_.master().therapist().j_h_kgm2(), " kg m2",
+            s_.master().therapist().has_reaction() ? ", gives way" : ""));
     weight(Place::kWorldMaster, m.gravity_nm());
     friction(Place::kWorldMaster, m);
     if (f_.elastic) {

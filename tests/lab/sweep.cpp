@@ -136,6 +136,11 @@ bool LockStep::suits(const scene::Scene& scene) {
     return !(m.coulomb_nm() > 0) && !m.has_lugre() && !(m.gravity_nm() > 0);
   };
   const scene::Method method = scene.world().method();
+  // People who act by themselves: a hand that relaxes is not affine, and lanes of the others would rarely go together.
+  const scene::Hand& hand = scene.slave().hand();
+  if (hand.rest_amplitude_rad() > 0 || hand.tremor_nm() > 0 || hand.has_relaxed_nm_per_rad() ||
+      hand.spastic_nms_per_rad() > 0 || scene.master().therapist().has_reaction())
+    return false;
   return joined_by_four_channels(scene) && !scale_of(scene).any() && scene.slave().device() == scene::DIRECT_DRIVE &&
          plain(scene.master().motor()) && plain(scene.slave().motor()) &&
          (method == scene::AUTO || method == scene::CLOSED_FORM);

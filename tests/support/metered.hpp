@@ -78,6 +78,8 @@ class Metered {
     return next;
   }
   double next_break(double t) const noexcept { return plant_.next_break(t); }
+  void decide(double t, const State& s) noexcept requires requires(P& p, const Own& x) { p.decide(t, x); }
+  { plant_.decide(t, own(s)); }
 
  private:
   P plant_;
