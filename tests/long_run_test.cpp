@@ -44,6 +44,12 @@ std::vector<Stretch> endured(const LoadedScene& loaded, double stretch_s) {
   return all;
 }
 
+TEST(LongRun, ATherapistWhoGivesWayIsNotAudited) {
+  const LoadedScene loaded = load_scene("therapist_reaction");
+  Balances balances;
+  EXPECT_THROW(make_audited_sides(loaded.scene, balances), std::invalid_argument);
+}
+
 TEST(LongRun, AuditChangesNoNumber) {
   for (const char* scene : {"demo", "gravity"}) {
     const LoadedScene loaded = load_scene(scene, Sets{"windows={}", "duration_s=8"});

@@ -26,7 +26,6 @@ class WorldEngine {
   virtual double encoder() const noexcept = 0;
   virtual double motor_encoder() const noexcept = 0;  // the joint's where there is no other
   virtual double stored_energy() const noexcept = 0;
-  virtual double put_in() const noexcept = 0;
   virtual PowerFlow power() const noexcept = 0;
   virtual Method method() const noexcept = 0;
   virtual const MethodChoice& choice() const noexcept = 0;
@@ -64,8 +63,6 @@ class World {
   double encoder() const noexcept { return engine_->encoder(); }
   double motor_encoder() const noexcept { return engine_->motor_encoder(); }
   double stored_energy() const noexcept { return engine_->stored_energy(); }  // J
-  // J since the start, by a person's decisions: they change at an instant what the spring of the arm stores.
-  double put_in() const noexcept { return engine_->put_in(); }
   PowerFlow power() const noexcept { return engine_->power(); }
 
   Method method() const noexcept { return engine_->method(); }  // never kAuto

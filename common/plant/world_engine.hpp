@@ -41,7 +41,6 @@ class EngineOf final : public WorldEngine<typename P::Truth> {
     }
   }
   double stored_energy() const noexcept override { return plant_.stored_energy(solver_.time(), solver_.state()); }
-  double put_in() const noexcept override { return put_in_; }
   PowerFlow power() const noexcept override {
     const double t = solver_.time();
     return plant_.power(plant_.mode_at(t, solver_.state()), t, solver_.state());
@@ -63,15 +62,12 @@ class EngineOf final : public WorldEngine<typename P::Truth> {
       const double rounding = 1e-6 * plant_.decision_tick();
       if (due > t1_s + rounding) return;
       solver_.advance(plant_, due < t1_s - rounding ? due : t1_s);
-      const double before = stored_energy();
       plant_.decide(solver_.time(), solver_.state());
-      put_in_ += stored_energy() - before;
     }
   }
 
   P plant_;
   Solver solver_;
-  double put_in_ = 0;  // J
   Method method_;
   MethodChoice choice_;
 };

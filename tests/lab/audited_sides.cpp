@@ -1,5 +1,7 @@
 #include "tests/lab/audited_sides.hpp"
 
+#include <stdexcept>
+
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
 #include "common/device/mcu_axis.hpp"
@@ -68,6 +70,10 @@ class AuditedPort : public EmulatedPort {
 }  // namespace
 
 Sides make_audited_sides(const scene::Scene& scene, Balances& balances) {
+  // He answers to the angle alone, so that under given torques he lets the two worlds of an audit drift apart.
+  if (scene.master().therapist().has_reaction())
+    throw std::invalid_argument(
+        "the energy of a therapist who gives way cannot be audited: master.therapist.reaction must be absent");
   Sides sides;
   using Master = AuditedWorld<MasterWorld>;
   sides.master = std::make_unique<SideOf<SimulatedAxis<Master>>>(

@@ -34,6 +34,14 @@ void print_row(std::FILE* out, const Stretch& s) {
   std::fflush(out);
 }
 
+void print_head(std::FILE* out) {
+  std::fprintf(out, "%9s %9s %9s %9s %9s %9s %10s %10s %9s %8s %8s %7s %9s %7s\n", "until", "engaged", "tracking",
+               "peak", "force", "peak", "residual", "residual", "exchanged", "playout", "lost", "late", "memory",
+               "wall");
+  std::fprintf(out, "%9s %9s %9s %9s %9s %9s %10s %10s %9s %8s %8s %7s %9s %7s\n", "s", "s", "rms mrad", "mrad",
+               "rms N m", "N m", "master J", "slave J", "J", "mean ms", "", "", "MiB", "s");
+}
+
 }  // namespace
 
 Command add_endure(Command program, EndureChoice& choice) {
@@ -49,14 +57,10 @@ Command add_endure(Command program, EndureChoice& choice) {
 int endure_scene(const EndureChoice& choice) {
   const LoadedScene loaded = repeated(choice.scene.load(), choice.hours * 3600.0);
   std::FILE* out = choice.json == "-" ? stderr : stdout;
-  std::fprintf(out, "%9s %9s %9s %9s %9s %9s %10s %10s %9s %8s %8s %7s %9s %7s\n", "until", "engaged", "tracking",
-               "peak", "force", "peak", "residual", "residual", "exchanged", "playout", "lost", "late", "memory",
-               "wall");
-  std::fprintf(out, "%9s %9s %9s %9s %9s %9s %10s %10s %9s %8s %8s %7s %9s %7s\n", "s", "s", "rms mrad", "mrad",
-               "rms N m", "N m", "master J", "slave J", "J", "mean ms", "", "", "MiB", "s");
   Json lines = Json::array();
   double wall_s = 0;
   endure(loaded, choice.line_s, [&](const Stretch& stretch) {
+    if (wall_s == 0) print_head(out);
     print_row(out, stretch);
     if (!choice.json.empty()) lines.push_back(json_of(stretch));
     wall_s += stretch.wall_s;

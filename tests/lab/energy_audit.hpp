@@ -55,7 +55,7 @@ class EnergyAudit {
       exchanged += kWeight[i] * h * (std::fabs(flow.supplied) + flow.dissipated);
     }
     second_.advance(input, t1_s);
-    const double stored = world.stored_energy() - world.put_in(), residual = stored - stored_ - supplied + dissipated;
+    const double stored = world.stored_energy(), residual = stored - stored_ - supplied + dissipated;
     stored_ = stored;
     balance.residual_j += residual;
     balance.worst_interval_j = std::fmax(balance.worst_interval_j, std::fabs(residual));
