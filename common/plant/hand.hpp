@@ -75,17 +75,15 @@ class Hand {
 
   // All of a hand that is present. Reaction, sign of Motion::f: positive resists positive motion.
   double reaction(Mode mode, double t, double x, double v) const noexcept {
-    const double torque = still(mode, x, v);
-    if (!acts_) return torque;
-    return torque + (stiffness(t) - p_.stiffness) * (x - p_.rest) - stiffness(t) * (rest_at(t) - p_.rest) -
-           tremor_at(t);
+    const double torque = spring_and_damper(x, v);
+    if ((mode & kStretched) == 0 && !acts_) [[likely]]
+      return torque;
+    return torque + more(mode, t, x, v);
   }
   // Without what comes and goes with the time.
   template <class T>
   T still(Mode mode, T x, T v) const noexcept {
-    const T torque = T(p_.stiffness) * (x - T(p_.rest)) + T(p_.damping) * v;
-    if ((mode & kStretched) == 0) return torque;
-    return torque + T(p_.spastic) * (v - T(side(mode)) * T(p_.spastic_above));
+    return (mode & kStretched) != 0 ? spring_and_damper(x, v) + caught(mode, v) : spring_and_damper(x, v);
   }
   double reaction_rate(double t, double x) const noexcept {
     if (!acts_) return 0.0;
@@ -147,6 +145,19 @@ class Hand {
   const Params& params() const noexcept { return p_; }
 
  private:
+  template <class T>
+  T spring_and_damper(T x, T v) const noexcept {
+    return T(p_.stiffness) * (x - T(p_.rest)) + T(p_.damping) * v;
+  }
+  template <class T>
+  T caught(Mode mode, T v) const noexcept {
+    return T(p_.spastic) * (v - T(side(mode)) * T(p_.spastic_above));
+  }
+  double more(Mode mode, double t, double x, double v) const noexcept {
+    const double k = stiffness(t);
+    const double torque = (k - p_.stiffness) * (x - p_.rest) - k * (rest_at(t) - p_.rest) - tremor_at(t);
+    return (mode & kStretched) != 0 ? torque + caught(mode, v) : torque;
+  }
   static double side(Mode mode) noexcept { return (mode & kStretchedUp) != 0 ? 1.0 : -1.0; }
   double rest_at(double t) const noexcept {
     return moves_ ? p_.rest + p_.rest_amplitude * std::sin(omega_ * t) : p_.rest;
