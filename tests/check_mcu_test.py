@@ -84,14 +84,18 @@ class FakeMcu(threading.Thread):
             self.leaves_at = self.leaves_at or time.monotonic() + 0.050
         elif mode == kit.SAFE:
             self.state, self.safe_seen, self.consistent = kit.SAFE, True, 0
-        elif self.state == kit.SAFE and (self.safe_seen or self.fault == "needs no SAFE"):
+        elif mode == self.state:
+            self.consistent = 0
+        elif self.state != kit.SAFE and self.fault == "keeps its mode":
+            return
+        elif self.state != kit.SAFE and self.fault == "changes its mode":
+            self.state = mode
+        elif self.state != kit.SAFE or self.safe_seen or self.fault == "needs no SAFE":
             follows = self.previous == (mode, (seq - 1) % 16, x) or self.fault == "counts what does not follow"
             self.consistent = self.consistent + 1 if self.consistent and follows else 1
             self.previous = (mode, seq, x)
             if self.consistent == 3:
                 self.state, self.faults = mode, 0
-        elif self.fault == "changes its mode":
-            self.state = mode
 
     def close(self):
         self.over = True
@@ -133,7 +137,8 @@ class CheckMcu(unittest.TestCase):
                              "counts what does not follow": kit.starts_at_the_third_frame,
                              "believes any CRC": kit.rejects_flipped_bits,
                              "counts no errors": kit.rejects_wrong_lengths,
-                             "changes its mode": kit.stays_in_its_mode,
+                             "changes its mode": kit.changes_its_mode_at_the_third_frame,
+                             "keeps its mode": kit.changes_its_mode_at_the_third_frame,
                              "has no watchdog": kit.lets_go_when_the_line_is_silent,
                              "stops gently": kit.stops_at_once,
                              "lives on CONFIG": kit.config_is_no_sign_of_life,
@@ -142,7 +147,7 @@ class CheckMcu(unittest.TestCase):
                 self.assertIsNotNone(verdict_of(check, fault), f"{check.__name__} passes an MCU that {fault}")
 
     def test_passes_a_fake_without_a_fault(self):
-        for check in (kit.does_not_start_without_safe, kit.rejects_wrong_lengths, kit.stops_at_once, kit.repetition_is_no_sign_of_life):
+        for check in (kit.does_not_start_without_safe, kit.changes_its_mode_at_the_third_frame, kit.rejects_wrong_lengths, kit.stops_at_once, kit.repetition_is_no_sign_of_life):
             self.assertIsNone(verdict_of(check, None))
 
     def heard(self, fd):

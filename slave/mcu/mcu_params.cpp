@@ -1,5 +1,6 @@
 #include "slave/mcu/mcu_params.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -98,6 +99,17 @@ McuParams make_mcu_params(const McuSettings& s) {
   p.x_step = rounded(within("velocity_limit", s.velocity_limit, 1e-3, 1000) * kFrame * kAngleUnits);
   p.v_step = rounded(within("acceleration_limit", s.acceleration_limit, 1e-2, 1e4) * kFrame * kVelocityUnits);
   p.f_step = rounded(within("force_rate_limit", s.force_rate_limit, 1e-2, 4e3) * kFrame * kTorqueUnits);
+  p.top_speed_torque = rounded(std::fmin(s.J_n * s.K_d * s.velocity_limit, 16) * kTorqueUnits);
+  const auto end_torque = [&](double x) { return rounded(std::clamp(s.J_n * s.K_p * x, -16.0, 16.0) * kTorqueUnits); };
+  p.torque_at_min = end_torque(s.range_min);
+  p.torque_at_max = end_torque(s.range_max);
+  constexpr double kEnergyUnits = 1 << kEnergyBits;
+  p.energy_third = rounded(within("torque_energy_j", s.torque_energy_j, 1e-3, 2) / 3 * kEnergyUnits);
+  p.refill = rounded(within("torque_power_w", s.torque_power_w, 1e-2, 100) * dt * kEnergyUnits);
+  p.share_of_third = make_gain("torque_energy_j", 65536.0 / p.energy_third);
+  const double v_0 = 2 * s.torque_power_w / s.torque_limit;
+  p.slow = rounded(std::fmin(v_0 * kVelocityUnits, kLargest));
+  p.share_of_slow = make_gain("torque_power_w", 65536.0 / (v_0 * kVelocityUnits));
   p.x_min = rounded(s.range_min * kAngleUnits);
   p.x_max = rounded(s.range_max * kAngleUnits);
   p.watchdog_loops = loops("watchdog_s", s.watchdog_s, s.loop_hz);

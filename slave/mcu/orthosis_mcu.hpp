@@ -6,11 +6,26 @@
 //   tau_dis = LPF_g[tau_spring + J_n g v] - J_n g v                       (Daud 2011, B.8; the spring is the applied
 //   torque) f_s     = LPF_g[tau_spring - D v + J_n g v] - J_n g v                 (B.10) a_ref   = K_p (x_ref - x) +
 //   K_d (v_ref - v) - K_f (f_ref + f_s)       TRACK (5.11); J a = tau - f tau_ref = J_n a_ref + tau_dis, limited or
-//   f_ref in TORQUE, 0 in SAFE v_motor = v + gain (tau_ref - tau_spring), limited
+//   that of TORQUE, 0 in SAFE v_motor = v + gain (tau_ref - tau_spring), limited
+//
+// TORQUE: a_ref = K_f (f_ref - f_s) + K_d (v_ref - v): the reaction is brought to f_ref, by a joint that is an inertia
+// of 1/K_f without friction. A host that sends the velocity it read damps nothing but what came since; one that sends
+// less damps here, where it is not late. Three things bound it:
+//   speed and range: whatever f_ref, the joint is accelerated towards x_max by no more than
+//     a = min(K_p (x_max - x), K_d v_max) - K_d v
+//   over what acts against it (tau_dis > 0; who pulls outward is not held), and alike towards x_min;
+//   energy: what the motor puts into the spring, tau_spring dx_motor, leaves a store that a constant power W refills
+//   and
+//     that takes back what comes back, up to its size. A spring makes nothing, so the joint gets no more than that,
+//     however late the spring follows the command. In the second third of the store torque in the direction of v fades
+//     to nothing, and torque against v is whole. Below v_0 = 2 W / tau_max that fade goes with v, so that reversal is
+//     no step: what still passes there is W/2 at most, less than refills. In the last third all torque fades: there
+//     gets who makes the spring pump by reversing the hand faster than it follows, or winds it up at once.
 //
 // SAFE, where it starts, drives the spring torque to zero: the patient moves freely. 20 ms without a valid frame ramp
 // the torque to zero in 50 ms and end in SAFE; out of it lead only a SAFE frame and then three consecutive, consistent
-// frames of one active mode.
+// frames of one active mode. Three such frames of the other active mode lead from one to the other: the torque that is
+// commanded goes on from where it was.
 //
 // In an active state only a frame with a new sequence number feeds the watchdog: a line that repeats its last one has
 // no host behind it.
@@ -51,6 +66,13 @@ struct McuParams {
   int32_t motor_speed_limit;
   int32_t x_step, v_step, f_step;  // how far one frame may move a reference
   int32_t x_min, x_max;
+  // TORQUE only. Energies in units of kEnergyBits.
+  int32_t top_speed_torque;              // J_n K_d v_max
+  int32_t torque_at_min, torque_at_max;  // J_n K_p x_min, x_max
+  int32_t energy_third, refill;          // of the store; per loop
+  Gain share_of_third;                   // 2^16 / energy_third
+  int32_t slow;                          // v_0
+  Gain share_of_slow;                    // 2^16 / v_0
   uint16_t watchdog_loops, ramp_loops, loops_per_frame, overrun_limit;
   uint16_t stop_loops, release_loops, sensor_loops;
 };
@@ -120,6 +142,7 @@ class OrthosisCore {
   int32_t x_command() const { return x_command_; }
   int32_t v_command() const { return v_command_; }
   int32_t f_command() const { return f_command_; }
+  int32_t energy_left() const { return energy_left_; }
   uint8_t faults() const { return faults_; }
   const FrameDecoder& decoder() const { return decoder_; }
 
@@ -128,7 +151,10 @@ class OrthosisCore {
 
   const McuParams& p() const { return parameters_.get(); }
   bool follows(const Command& previous, const Command& next) const;
+  void count_towards(const Command& command, const Command& before);
   void start(Mode mode);
+  void change(const Command& command);
+  void begin(Mode mode);
   void accept(const Command& command);
   FARHAND_WITH_ITS_GAIN bool read(const EncoderUnit& unit, int32_t counts, int32_t& angle) const;
   void sense(const McuInput& input);
@@ -138,6 +164,9 @@ class OrthosisCore {
   void ramp_down(uint16_t loops);
   void stop_now();
   int32_t wanted_torque() const;
+  int32_t torque_in_torque_mode() const;
+  void count_energy(int32_t motor_before);
+  int32_t within_energy(int32_t torque) const;
   void move_torque_command();
   void give_way(const McuInput& input);
   uint8_t slow_byte(SlowPage page);
@@ -166,11 +195,13 @@ class OrthosisCore {
   uint16_t silent_loops_ = 0;
   uint16_t release_loops_ = 0;
   bool release_seen_up_ = false;
-  Command previous_;
+  Command previous_, other_;  // newest frame; newest of the other active mode
   bool safe_seen_ = false;
   uint8_t consistent_ = 0;
 
-  int32_t tau_command_ = 0, tau_allowed_ = 0, ramp_step_ = 0;
+  int32_t tau_command_ = 0, tau_allowed_ = 0, ramp_ = 0, ramp_step_ = 0;
+  int32_t bump_ = 0, bump_step_ = 0;  // between two active modes, fading
+  int32_t energy_left_ = 0;
   uint16_t ramp_left_ = 0;
   int32_t motor_velocity_ = 0;
 

@@ -6,7 +6,7 @@
 
 namespace farhand {
 namespace mcu {
-constexpr uint8_t kFirmware = 3;
+constexpr uint8_t kFirmware = 4;
 constexpr uint8_t kFramesToStart = 3;
 constexpr uint8_t kLatched = kJointEncoder | kMotorEncoder | kSpringTorque | kOverrun | kPatientStop | kSpringSensor;
 
@@ -15,6 +15,7 @@ constexpr int32_t kXUnits = (int32_t(1) << kAngleBits) / kXRefCountsPerRad;
 constexpr int32_t kVUnits = (int32_t(1) << kVelocityBits) / kVRefCountsPerRadPerS;
 constexpr int32_t kFUnits = (int32_t(1) << kTorqueBits) / kFRefCountsPerNm;
 
+inline int32_t magnitude(int32_t value) { return value < 0 ? -value : value; }
 inline int32_t limited(int32_t value, int32_t limit) { return clamp(value, -limit, limit); }
 // From `now` towards `goal` by at most `step`.
 inline int32_t towards(int32_t now, int32_t goal, int32_t step) { return now + limited(goal - now, step); }
@@ -39,18 +40,29 @@ void OrthosisCore<P>::take(const Command& command) {
       safe_seen_ = true;
       consistent_ = 0;
     } else if (safe_seen_) {
-      consistent_ = static_cast<uint8_t>(consistent_ > 0 && follows(previous_, command) ? consistent_ + 1 : 1);
+      count_towards(command, previous_);
       previous_ = command;
       if (consistent_ == kFramesToStart) start(command.mode);
     }
   } else if (phase_ == Phase::kActive) {
     if (command.mode == Mode::kSafe) {
       ramp_down(p().ramp_loops);
-    } else if (command.mode == mode_ && command.seq != previous_.seq) {  // the other one is reached through SAFE only
+    } else if (command.mode == mode_) {
+      consistent_ = 0;
+      if (command.seq == previous_.seq) return;
       previous_.seq = command.seq;
       accept(command);
+    } else {
+      count_towards(command, other_);
+      other_ = command;
+      if (consistent_ == kFramesToStart) change(command);
     }
   }
+}
+
+template <class P>
+void OrthosisCore<P>::count_towards(const Command& command, const Command& before) {
+  consistent_ = static_cast<uint8_t>(consistent_ > 0 && follows(before, command) ? consistent_ + 1 : 1);
 }
 
 template <class P>
@@ -68,12 +80,28 @@ bool OrthosisCore<P>::follows(const Command& previous, const Command& next) cons
 template <class P>
 void OrthosisCore<P>::start(Mode mode) {
   phase_ = Phase::kActive;
-  mode_ = mode;
   faults_ = static_cast<uint8_t>(faults_ & kLatched);
+  tau_command_ = tau_allowed_ = bump_ = 0;
+  begin(mode);
+}
+
+// Nor here: what the new mode wants differs from what the old one commanded by a difference that fades over the ramp
+// time.
+template <class P>
+void OrthosisCore<P>::change(const Command& command) {
+  begin(command.mode);
+  previous_ = command;
+  bump_ = tau_command_ - limited(wanted_torque(), tau_allowed_);
+  bump_step_ = magnitude(bump_) / static_cast<int32_t>(p().ramp_loops) + 1;
+}
+
+template <class P>
+void OrthosisCore<P>::begin(Mode mode) {
+  mode_ = mode;
   x_command_ = x_;
   v_command_ = v_;
-  f_command_ = mode == Mode::kTrack ? -f_s_ : 0;
-  tau_command_ = tau_allowed_ = 0;
+  f_command_ = mode == Mode::kTrack ? -f_s_ : f_s_;
+  consistent_ = 0;
   silent_loops_ = loops_since_frame_ = 0;
 }
 
@@ -142,6 +170,7 @@ template <class P>
 void OrthosisCore<P>::ramp_down(uint16_t loops) {
   phase_ = Phase::kRampDown;
   ramp_left_ = loops;
+  ramp_ = tau_command_;
   ramp_step_ = tau_command_ / static_cast<int32_t>(loops);
 }
 
@@ -186,25 +215,69 @@ void OrthosisCore<P>::supervise(const McuInput& input) {
 
 template <class P>
 int32_t OrthosisCore<P>::wanted_torque() const {
-  if (mode_ == Mode::kTorque) return f_command_;
+  if (mode_ == Mode::kTorque) return torque_in_torque_mode();
   return times(x_command_ - x_, p().K_p) + times(v_command_ - v_, p().K_d) - times(f_command_ + f_s_, p().K_f) +
          tau_dis_;
+}
+
+template <class P>
+int32_t OrthosisCore<P>::torque_in_torque_mode() const {
+  const int32_t here = times(x_, p().K_p);
+  const int32_t up = limited(p().torque_at_max - here, p().top_speed_torque);
+  const int32_t down = limited(p().torque_at_min - here, p().top_speed_torque);
+  const int32_t wanted = times(f_command_ - f_s_, p().K_f) + tau_dis_ + times(v_command_, p().K_d);
+  return clamp(wanted, (tau_dis_ < 0 ? tau_dis_ : 0) + down, (tau_dis_ > 0 ? tau_dis_ : 0) + up) - times(v_, p().K_d);
+}
+
+// By the counts of the encoder, so that the sum is exact, however late v is known. Out of TORQUE the store only fills:
+// a change of modes makes nothing that time does not.
+template <class P>
+void OrthosisCore<P>::count_energy(int32_t motor_before) {
+  int32_t left = energy_left_ + p().refill;
+  if (mode_ == Mode::kTorque && (phase_ == Phase::kActive || phase_ == Phase::kRampDown)) {
+    const int32_t moved = x_motor_ - motor_before;
+    const int32_t steps = magnitude(moved) >> kWorkShift;
+    const int32_t given = product(magnitude(tau_spring_), static_cast<uint16_t>(steps < 0xFFFF ? steps : 0xFFFF)).high;
+    left += (moved > 0) == (tau_spring_ > 0) ? -given : given;
+  }
+  energy_left_ = limited(left, 3 * p().energy_third);
+}
+
+template <class P>
+int32_t OrthosisCore<P>::within_energy(int32_t torque) const {
+  const int32_t third = p().energy_third;
+  if (energy_left_ >= 2 * third) return torque;
+  const auto gone = [&](int32_t of_third) {
+    return static_cast<uint16_t>(of_third > 0 ? 0xFFFF - clamp(times(of_third, p().share_of_third), 0, 0xFFFF)
+                                              : 0xFFFF);
+  };
+  if ((torque > 0) == (v_ > 0)) {
+    const int32_t speed = magnitude(v_);
+    const int32_t moving = speed < p().slow ? clamp(times(speed, p().share_of_slow), 0, 0xFFFF) : 0xFFFF;
+    const uint32_t cut = static_cast<uint32_t>(gone(energy_left_ - third)) * static_cast<uint16_t>(moving);
+    torque -= product(torque, static_cast<uint16_t>(cut >> 16)).high;
+  }
+  return energy_left_ < third ? torque - product(torque, gone(energy_left_)).high : torque;
 }
 
 template <class P>
 void OrthosisCore<P>::move_torque_command() {
   if (phase_ == Phase::kActive) {
     // Between two frames the reference moves on by its own velocity; once a frame is overdue it waits.
-    if (loops_since_frame_ > 0 && loops_since_frame_ < p().loops_per_frame) {
+    if (mode_ == Mode::kTrack && loops_since_frame_ > 0 && loops_since_frame_ < p().loops_per_frame) {
       const int32_t next = x_command_ + times(v_command_, p().per_loop);
       x_command_ = towards(x_command_, clamp(next, p().x_min, p().x_max), p().x_step);
     }
     if (loops_since_frame_ < p().loops_per_frame) ++loops_since_frame_;
     tau_allowed_ =
         limited(tau_allowed_ + p().torque_limit / static_cast<int32_t>(p().ramp_loops) + 1, p().torque_limit);
-    tau_command_ = towards(tau_command_, limited(wanted_torque(), tau_allowed_), p().torque_step);
+    bump_ = towards(bump_, 0, bump_step_);
+    int32_t wanted = limited(wanted_torque() + bump_, tau_allowed_);
+    if (mode_ == Mode::kTorque) wanted = within_energy(wanted);
+    tau_command_ = towards(tau_command_, wanted, p().torque_step);
   } else if (phase_ == Phase::kRampDown) {
-    tau_command_ -= ramp_step_;
+    ramp_ -= ramp_step_;
+    tau_command_ = mode_ == Mode::kTorque ? within_energy(ramp_) : ramp_;
     if (--ramp_left_ == 0) {
       phase_ = (faults_ & kLatched) != 0 ? Phase::kFault : Phase::kSafe;
       tau_command_ = 0;
@@ -227,7 +300,9 @@ void OrthosisCore<P>::give_way(const McuInput& input) {
 
 template <class P>
 McuOutput OrthosisCore<P>::step(const McuInput& input) {
+  const int32_t motor_before = x_motor_;
   sense(input);
+  count_energy(motor_before);
   estimate();
   supervise(input);
   move_torque_command();

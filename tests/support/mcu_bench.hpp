@@ -32,6 +32,16 @@ struct Bench {
     loop(x, x_motor);
     return loop(x, x_motor);
   }
+  // A joint that is held at x: the motor winds the spring up to the torque that is commanded, at 40 rad/s at most.
+  McuOutput held_loop(double x = 0) {
+    const double goal = to_nm(core.torque_command()) / settings.spring;
+    wound += std::fmin(std::fmax(goal - wound, -0.02), 0.02);
+    return loop(x, x + wound);
+  }
+  McuOutput held_frame_time(double x = 0) {
+    held_loop(x);
+    return held_loop(x);
+  }
   // Into an active mode at rest at x with the start ramp over.
   void activate(Mode mode, double x = 0) {
     send(Mode::kSafe, x);
@@ -45,6 +55,14 @@ struct Bench {
   McuSettings settings;
   OrthosisMcu core;
   std::uint8_t seq = 0;
+  double wound = 0;  // rad, of the spring
 };
+
+// Of what is not about energy.
+inline McuSettings with_ample_energy(McuSettings settings = {}) {
+  settings.torque_energy_j = 2;
+  settings.torque_power_w = 100;
+  return settings;
+}
 
 }  // namespace farhand::mcu

@@ -28,8 +28,9 @@ void print_constants() {
   print_all(p.joint, p.motor, p.spring, p.velocity_filter, p.per_second, p.observer_filter, p.inertia, p.viscous, p.K_p,
             p.K_d, p.K_f, p.spring_gain, p.per_loop, p.angle_telemetry, p.torque_telemetry, p.torque_limit,
             p.torque_step, p.spring_fault, p.sensor_unit, p.sensor_apart, p.motor_speed_limit, p.x_step, p.v_step,
-            p.f_step, p.x_min, p.x_max, p.watchdog_loops, p.ramp_loops, p.loops_per_frame, p.overrun_limit,
-            p.stop_loops, p.release_loops, p.sensor_loops);
+            p.f_step, p.x_min, p.x_max, p.top_speed_torque, p.torque_at_min, p.torque_at_max, p.energy_third, p.refill,
+            p.share_of_third, p.slow, p.share_of_slow, p.watchdog_loops, p.ramp_loops, p.loops_per_frame,
+            p.overrun_limit, p.stop_loops, p.release_loops, p.sensor_loops);
   const Gain duty = duty_per_velocity(settings);
   std::printf("};\nconstexpr Gain kDutyPerVelocity = {%u, %u};\n\n", duty.mantissa, duty.right);
   std::printf("}  // namespace mcu\n}  // namespace farhand\n");
