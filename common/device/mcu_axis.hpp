@@ -43,7 +43,7 @@ class McuAxis {
     const bool fresh = heard_ && t_s - heard_s_ <= kSilence;
     const bool awake = t_s - read_s_ <= kSilence;
     read_s_ = t_s;
-    const bool obeys = !tracking_ || state_ == mcu::State::kTrack || t_s - tracking_since_s_ < kTakeOver;
+    const bool obeys = asked_ == mcu::Mode::kSafe || state_ == state_of(asked_) || t_s - asked_since_s_ < kTakeOver;
     if (!fresh) sensed_.device.fault = DeviceFault::kNone;  // of old it may have been reset
     sensed_.valid = fresh && awake && !port.lost() && state_ != mcu::State::kFault && obeys;
     sensed_.at_rest = state_ == mcu::State::kSafe;
@@ -51,13 +51,13 @@ class McuAxis {
   }
 
   void write(const Io::Command& command, double t_s) noexcept {
-    if (command.track && !tracking_) tracking_since_s_ = t_s;
-    tracking_ = command.track;
+    const mcu::Mode mode = mode_of(command);
+    if (mode != asked_) asked_since_s_ = t_s;
+    asked_ = mode;
     const Motion<1>& r = command.reference;
     const auto seq = static_cast<std::uint8_t>(seq_++ & 15);
-    const mcu::Mode mode = command.track ? mcu::Mode::kTrack : mcu::Mode::kSafe;
-    const mcu::Command frame =
-        command.stop ? mcu::make_stop(seq) : mcu::make_command(mode, seq, r.x[0], r.v[0], r.f[0]);
+    const double f_ref = mode == mcu::Mode::kTorque ? -r.f[0] : r.f[0];  // a torque, or the peer's reaction
+    const mcu::Command frame = command.stop ? mcu::make_stop(seq) : mcu::make_command(mode, seq, r.x[0], r.v[0], f_ref);
     // A zero first, because the frame that was cut off would swallow the one that follows.
     std::array<std::uint8_t, 1 + mcu::kWireBytes> wire{};
     mcu::encode(frame, wire.data() + 1);
@@ -106,6 +106,14 @@ class McuAxis {
     if (page == mcu::SlowPage::kFaults) sensed_.device.fault = fault_of(slow_.faults());
   }
 
+  static mcu::Mode mode_of(const Io::Command& command) noexcept {
+    if (!command.track) return mcu::Mode::kSafe;
+    return command.gives_torque ? mcu::Mode::kTorque : mcu::Mode::kTrack;
+  }
+  static mcu::State state_of(mcu::Mode active) noexcept {
+    return active == mcu::Mode::kTorque ? mcu::State::kTorque : mcu::State::kTrack;
+  }
+
   // The faults of its sensors; to the others its state says enough.
   static DeviceFault fault_of(std::uint8_t faults) noexcept {
     if ((faults & mcu::kSpringSensor) != 0) return DeviceFault::kSpring;
@@ -119,8 +127,9 @@ class McuAxis {
   mcu::SlowValues slow_;
   std::uint32_t seq_ = 0;
   std::uint8_t telemetry_seq_ = 0;
-  double heard_s_ = 0.0, read_s_ = 0.0, tracking_since_s_ = 0.0;
-  bool heard_ = false, tracking_ = false, stopping_ = false;
+  double heard_s_ = 0.0, read_s_ = 0.0, asked_since_s_ = 0.0;
+  mcu::Mode asked_ = mcu::Mode::kSafe;
+  bool heard_ = false, stopping_ = false;
 };
 
 }  // namespace farhand

@@ -2,6 +2,8 @@
 // into a command. What the direct one does stands in drive_law.hpp and is compiled once, in scenes.cpp.
 #pragma once
 
+#include <utility>
+
 #include "common/control/limits.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/scene/drive_io.hpp"
@@ -72,7 +74,8 @@ class ReferenceDrive {
   using Sensed = typename ReferenceIo<N>::Sensed;
   using Command = typename ReferenceIo<N>::Command;
 
-  explicit ReferenceDrive(const DriveParams& p) : derivative_(p.g_v, p.dt_s), gate_(p.gate, p.dt_s) {}
+  explicit ReferenceDrive(const DriveParams& p)
+      : derivative_(p.g_v, p.dt_s), gate_(p.gate, p.dt_s), spring_(p.K.K_f > 0.0 ? p.K.K_p / p.K.K_f : 0.0) {}
 
   void reset(const Sensed& sensed) noexcept {
     derivative_.reset(sensed.x);
@@ -83,15 +86,25 @@ class ReferenceDrive {
     return {sensed.x, ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x), sensed.f};
   }
 
+  // What is followed in this tick is wanted for its torque, which the device is to give.
+  void ask_for_torque() noexcept { asks_torque_ = true; }
+
+  // As a torque, what the target still is away from here (it fades in) is the spring by which the device would follow.
   Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {
+    const bool torque = std::exchange(asks_torque_, false);
     if (!driven) {
       gate_.reset(local.x);
       return {.reference = gate_.applied()};
     }
-    return {.track = true, .reference = gate_.pass(target, ticks)};
+    if (!torque) return {.track = true, .reference = gate_.pass(target, ticks)};
+    const Motion<N> wish = {target.x, target.v, target.f - spring_ * (target.x - local.x)};
+    return {.track = true, .gives_torque = true, .reference = gate_.pass(wish, ticks)};
   }
 
-  Command safe() noexcept { return {.stop = true, .reference = gate_.applied()}; }
+  Command safe() noexcept {
+    asks_torque_ = false;
+    return {.stop = true, .reference = gate_.applied()};
+  }
 
   bool at_rest(const Sensed& sensed) const noexcept { return sensed.at_rest; }
   void limit(const GateParams& gate) noexcept { gate_.limit(gate); }  // from now on
@@ -105,6 +118,8 @@ class ReferenceDrive {
  private:
   Derivative<N> derivative_;
   ReferenceGate<N> gate_;
+  double spring_;  // N m/rad
+  bool asks_torque_ = false;
 };
 
 extern template class DirectDrive<1>;

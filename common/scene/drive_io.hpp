@@ -37,7 +37,7 @@ struct DirectIo {
   };
 };
 
-// An axis behind its own controller, which takes the motion to follow.
+// An axis behind its own controller, which takes the motion to follow, or a torque.
 template <int N>
 struct ReferenceIo {
   struct Sensed {
@@ -50,8 +50,9 @@ struct ReferenceIo {
     bool finite() const noexcept { return x.allFinite() && f.allFinite(); }
   };
   struct Command {
-    bool track = false;  // false: the device is to let go
-    bool stop = false;   // and at once, instead of gently
+    bool track = false;         // false: the device is to let go
+    bool gives_torque = false;  // to give the torque -f, and to damp what leaves v, instead of following the motion
+    bool stop = false;          // to let go at once, instead of gently
     Motion<N> reference;
   };
 };

@@ -1,9 +1,11 @@
-// Scenes whose law gives a torque and not a motion: two channels, wave variables. A drive follows motions, so a torque
-// is told as the motion that asks for it: where the axis is already, and the reaction -tau,
+// Scenes whose law gives a torque and not a motion: two channels, wave variables. A torque is told as the motion that
+// asks for it: where the axis is already, and the reaction -tau. A drive that closes the loop here follows it,
 //
 //   a_ref = C_p (x - x) - K_f (-tau + f) = K_f (tau - f)
 //
-// by which the axis is an inertia of 1/K_f under tau, its own friction compensated.
+// by which the axis is an inertia of 1/K_f under tau, its own friction compensated. A device behind its own controller
+// is asked for the torque: the same law without C_p, whose x and v would come to it late, and within an energy
+// (slave/mcu/orthosis_mcu.hpp).
 //
 // What these scenes send besides the angle, by which the sides align, stands where four channels send f: the torque of
 // the master, or the integral of a wave in sqrt(W) s. (Every packet has one layout.)
@@ -16,8 +18,9 @@
 
 namespace farhand {
 
-template <int N>
-Motion<N> asks_for(const Joints<N>& tau, const Motion<N>& local) noexcept {
+template <class D>
+Motion<D::kJoints> asks_for(D& drive, const Joints<D::kJoints>& tau, const Motion<D::kJoints>& local) noexcept {
+  if constexpr (!D::kGivesTorque) drive.ask_for_torque();
   return {local.x, local.v, -tau};
 }
 
@@ -92,19 +95,19 @@ struct WaveSlave {
 template <class D>
 auto TwoChannelMaster<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
   F = held_to(params, local, received);
-  return asks_for<N>(-F, local);
+  return asks_for(drive, -F, local);
 }
 
 template <class D>
 auto TwoChannelSlave<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
-  return asks_for<N>(-received.f - params.B_slave * local.v, local);
+  return asks_for(drive, -received.f - params.B_slave * local.v, local);
 }
 
 template <class D>
 auto WaveMaster<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept -> Motion<N> {
   wave.step(local.v, received_wave.step(received.f, since.ticks, since.held));
   U += dt_s * since.ticks * wave.sent();
-  return asks_for<N>(-wave.force(), local);
+  return asks_for(drive, -wave.force(), local);
 }
 
 template <class D>
@@ -117,7 +120,7 @@ template <class D>
 auto WaveSlave<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept -> Motion<N> {
   wave.step(local, received_wave.step(received.f, since.ticks, since.held), received.x, since.ticks);
   U += dt_s * since.ticks * wave.sent();
-  return asks_for<N>(wave.force(), local);
+  return asks_for(drive, wave.force(), local);
 }
 
 // Compiled once, in torque_scenes.cpp.
