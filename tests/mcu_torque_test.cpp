@@ -6,6 +6,7 @@
 
 #include "slave/mcu/emulator.hpp"
 #include "tests/support/mcu_bench.hpp"
+#include "tests/support/mcu_reference.hpp"
 
 namespace farhand::mcu {
 namespace {
@@ -40,6 +41,38 @@ struct Grasped {
   double motor = 0, motor_speed = 0, asked = 0, last = 0, spring = 0, given = 0, put_in = 0;
   int loops = 0;
 };
+
+TEST(McuTorque, FollowsTheLawInDoublePrecisionToItsQuantisation) {
+  const McuSettings s = with_ample_energy();
+  Bench bench(s);
+  McuReference reference(s);
+  double v_ref = 0, f_ref = 0, worst = 0;
+  int bounded = 0;
+  for (int k = 0; k < 40'000; ++k) {
+    const double t = k / s.loop_hz;
+    const double x = 0.33 * std::sin(0.7 * M_PI * t) + 0.002 * std::sin(2 * M_PI * 19 * t);
+    const double x_motor = x + 0.1 * std::sin(2 * M_PI * 1.3 * t);
+    if (k % 2 == 0) {
+      const Command command = make_command(k < 10 ? Mode::kSafe : Mode::kTorque, bench.seq++, x,
+                                           0.7 * std::cos(2.2 * t), 1.4 * std::sin(2 * M_PI * 0.9 * t));
+      bench.send(command);
+      const auto gate = [](double now, double goal, double step) { return std::clamp(goal, now - step, now + step); };
+      v_ref = gate(v_ref, command.v_ref / 1024.0, s.acceleration_limit * 1e-3);
+      f_ref = gate(f_ref, command.f_ref / 2048.0, s.force_rate_limit * 1e-3);
+    }
+    bench.loop(x, x_motor);
+    const double unit = encoder_unit_rad(s.joint_counts_per_rev);
+    reference.estimate(counts_of(x) * unit, counts_of(x_motor) * unit);
+    reference.give_torque(v_ref, f_ref, s.torque_limit);
+    if (k < 300) continue;  // the start ramp, and the gates from where the joint was
+    worst = std::max(worst, std::abs(to_nm(bench.core.torque_command()) - reference.tau_command));
+    bounded += reference.bounded;
+  }
+  std::printf("worst %.2g N m, bounded in %d of 40000 loops\n", worst, bounded);
+  EXPECT_LT(worst, 2e-5);  // five times less than a count of the telemetry shows
+  EXPECT_GT(bounded, 1000);
+  EXPECT_LT(bounded, 39'000);
+}
 
 // The most that was put in during any stretch of time, beyond what was added in it.
 struct Ledger {

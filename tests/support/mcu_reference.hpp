@@ -1,5 +1,5 @@
 // The law of the orthosis MCU in double precision, written from the equations and not from the core: what its scaled
-// integers are judged by. TRACK only, after the start; no frames, no states.
+// integers are judged by. After the start; no frames, no states, and energy without end.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +41,21 @@ class McuReference {
     return std::clamp(v + s.spring_gain * (tau_command - tau_spring), -s.motor_speed_limit, s.motor_speed_limit);
   }
 
+  // TORQUE. No more acceleration towards an end of the range than stops there, and none beyond the top speed.
+  double give_torque(double v_ref, double f_ref, double tau_allowed) {
+    const double wanted = tau_dis + s.J_n * (s.K_f * (f_ref - f_s) + s.K_d * v_ref);
+    const double top = s.K_d * s.velocity_limit;
+    const double up = std::max(tau_dis, 0.0) + s.J_n * std::clamp(s.K_p * (s.range_max - x), -top, top);
+    const double down = std::min(tau_dis, 0.0) + s.J_n * std::clamp(s.K_p * (s.range_min - x), -top, top);
+    const double tau = std::clamp(std::clamp(wanted, down, up) - s.J_n * s.K_d * v, -tau_allowed, tau_allowed);
+    const double step = s.torque_rate_limit / s.loop_hz;
+    tau_command = std::clamp(tau, tau_command - step, tau_command + step);
+    bounded = wanted > up || wanted < down;
+    return std::clamp(v + s.spring_gain * (tau_command - tau_spring), -s.motor_speed_limit, s.motor_speed_limit);
+  }
+
   McuSettings s;
+  bool bounded = false;  // the last torque was
   double x = 0, v = 0, tau_spring = 0, tau_dis = 0, f_s = 0, tau_command = 0;
 
  private:
