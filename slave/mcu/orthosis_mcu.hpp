@@ -14,13 +14,12 @@
 //   speed and range: whatever f_ref, the joint is accelerated towards x_max by no more than
 //     a = min(K_p (x_max - x), K_d v_max) - K_d v
 //   over what acts against it (tau_dis > 0; who pulls outward is not held), and alike towards x_min;
-//   energy: what the motor puts into the spring, tau_spring dx_motor, leaves a store that a constant power W refills
-//   and
-//     that takes back what comes back, up to its size. A spring makes nothing, so the joint gets no more than that,
-//     however late the spring follows the command. In the second third of the store torque in the direction of v fades
-//     to nothing, and torque against v is whole. Below v_0 = 2 W / tau_max that fade goes with v, so that reversal is
-//     no step: what still passes there is W/2 at most, less than refills. In the last third all torque fades: there
-//     gets who makes the spring pump by reversing the hand faster than it follows, or winds it up at once.
+//   energy: what the motor puts into the spring, tau_spring dx_motor, leaves a store that a constant power W refills,
+//     and what comes back does, up to its size. A spring makes nothing, so the joint gets no more than that, however
+//     late the spring follows the command. In the second third of the store torque along v fades to nothing, and
+//     torque against v is whole. Below v_0 = 2 W / tau_max that fade goes with v, so that reversal is no step: what
+//     still passes there is W/2 at most, less than refills. In the last third all torque fades: it is reached by who
+//     winds the spring up at once, or reverses faster than it follows.
 //
 // SAFE, where it starts, drives the spring torque to zero: the patient moves freely. 20 ms without a valid frame ramp
 // the torque to zero in 50 ms and end in SAFE; out of it lead only a SAFE frame and then three consecutive, consistent
