@@ -148,7 +148,7 @@ auto TwoChannelPassivity<D>::passive(const Joints<N>& law, const Motion<N>& loca
   port.decide((law * local.v).sum());
   damper = port.damping() * local.v;
   tau = port.share() * law - damper;
-  return asks_for<N>(tau, local);
+  return asks_for(drive, tau, local);
 }
 
 // Compiled once, in passive_scenes.cpp.
