@@ -16,6 +16,11 @@
 // While k is not learnt yet, a wall is softer in the model than it is, and the slave behind it presses by its own law:
 // a spring of K_p/K_f that x_0 brings to the therapist late. What comes late takes damping away, most of it from the
 // inertia 1/K_f on that spring (14 to 20 rad/s): x_0 is slow against that, and the damping is above it.
+//
+// Who moves of himself, trembles or catches is no spring: where torque goes with no regard to the angle, or against it,
+// k stays as it was and x_0 alone follows. When k changes, the torque here and now does not. Friction of the slave's
+// tendons is named (common/observer/tendon_friction.hpp) and in free motion taken from what is learnt; the slave is
+// sent what it needs to overcome it, so that it neither drags nor lags.
 #pragma once
 
 #include <algorithm>
@@ -24,6 +29,7 @@
 #include <utility>
 
 #include "common/control/params.hpp"
+#include "common/observer/tendon_friction.hpp"
 #include "common/signal/low_pass.hpp"
 #include "common/signal/motion.hpp"
 
@@ -42,6 +48,7 @@ class ContactModel {
 
   // x, f: the slave's angle and reaction as played out; x_p: where its model is now.
   void learn(double x, double f, double x_p) noexcept {
+    if (!std::exchange(begun_, true)) x_ = x, f_ = f;
     x_ += learn_ * (x - x_);
     f_ += learn_ * (f - f_);
     const bool before = pressed_;
@@ -49,7 +56,8 @@ class ContactModel {
     if (pressed_ && !before) begin(x_p);
     if (pressed_) identify();
     if (!known_) return;
-    k_ = std::clamp(aim_, k_ / growth_, k_ * growth_);
+    const double k_before = std::exchange(k_, std::clamp(aim_, k_ / growth_, k_ * growth_));
+    if (x_p > x_0_) x_0_ = x_p - (x_p - x_0_) * k_before / k_;  // the torque here and now stays
     if (pressed_ || k_ * (x_ - x_0_) > kRelease) {
       const double measured = x_ - std::max(0.0, f_) / k_;
       x_0_ += std::clamp(settle_ * (measured - x_0_), -step_, step_);
@@ -69,7 +77,7 @@ class ContactModel {
   static constexpr double kFirst = 3.0;                      // N m/rad, before anything was learnt
   static constexpr double kSoftest = 0.2, kStiffest = 30.0;  // N m/rad
   static constexpr double kLearn = 50.0;                     // rad/s
-  static constexpr double kSettle = 5.0;                     // rad/s, of x_0
+  static constexpr double kSettle = 8.0;                     // rad/s, of x_0
   static constexpr double kSpeed = 0.5;                      // rad/s, of x_0 at most
   static constexpr double kGrowth = 10.0;                    // times in a second, k at most
   static constexpr double kDamping = 0.8;  // ratio, of the model's spring and the inertia 1/K_f of both sides
@@ -77,6 +85,8 @@ class ContactModel {
   static constexpr double kStepX = 2e-3, kStepF = 0.04;  // rad, N m
   static constexpr double kMemory = 0.97;
   static constexpr double kNoiseX = 1e-4, kNoiseF = 0.02;  // rad, N m
+  static constexpr double kStill = 10.0;                   // squares of the noise: less is a wall
+  static constexpr double kAlike = 0.5;                    // square of the correlation
   static constexpr double kPrior = 3000.0;  // so many squares of the noise what is learnt must reach over
 
   void begin(double x_p) noexcept {
@@ -101,6 +111,13 @@ class ContactModel {
     if (n_ < 3) return;
     const double xx = sxx_ / n_ - sx_ * sx_ / n_ / n_, ff = sff_ / n_ - sf_ * sf_ / n_ / n_;
     const double xf = sxf_ / n_ - sx_ * sf_ / n_ / n_;
+    // Whoever moves of himself lets torque go with no regard to the angle: that teaches nothing; or fall where the
+    // angle rises: then what was learnt of him may be as wrong.
+    if (xx > kStill * kNoiseX * kNoiseX) {
+      const bool alike = xf * xf > kAlike * xx * ff;
+      if (alike && xf < 0) aim_ = std::max(aim_, kFirst);
+      if (!alike || xf < 0) return;
+    }
     // The line that lies closest where both coordinates err (Deming): least squares would take a wall for soft, whose
     // angle is but noise.
     constexpr double kRatio = kNoiseF * kNoiseF / (kNoiseX * kNoiseX);
@@ -115,7 +132,7 @@ class ContactModel {
   double k_ = kFirst, aim_ = kFirst, x_0_ = 0.0;
   double x_ = 0.0, f_ = 0.0, last_x_ = 0.0, last_f_ = 0.0;
   double n_ = 0.0, sx_ = 0.0, sf_ = 0.0, sxx_ = 0.0, sxf_ = 0.0, sff_ = 0.0;
-  bool known_ = false, pressed_ = false;
+  bool begun_ = false, known_ = false, pressed_ = false;
 };
 
 template <int N>
@@ -131,6 +148,7 @@ class Mediator {
   // The model starts where the slave was last heard of. What was learnt stays.
   void reset(const Motion<N>& received) noexcept {
     slave_ = {received.x, received.v, Joints<N>::Zero()};
+    for (Device& device : devices_) device.named = 0.0;
     v_slow_.reset(received.v);
   }
 
@@ -138,8 +156,10 @@ class Mediator {
   const Motion<N>& step(const Motion<N>& local, const Motion<N>& received) noexcept {
     for (int j = 0; j < N; ++j) {
       ContactModel &up = rising_[static_cast<std::size_t>(j)], &down = falling_[static_cast<std::size_t>(j)];
-      up.learn(received.x[j], received.f[j], slave_.x[j]);
-      down.learn(-received.x[j], -received.f[j], -slave_.x[j]);
+      const double f = received.f[j] - unloaded(j) * friction(devices_[static_cast<std::size_t>(j)], received.x[j],
+                                                              received.f[j], local.x[j]);
+      up.learn(received.x[j], f, slave_.x[j]);
+      down.learn(-received.x[j], -f, -slave_.x[j]);
       const double v_fast = slave_.v[j] - v_slow_.value()[j];
       slave_.f[j] = up.force(slave_.x[j], v_fast) - down.force(-slave_.x[j], -v_fast);
     }
@@ -150,9 +170,43 @@ class Mediator {
     return slave_;
   }
 
+  // N m, what the patient's device needs beside the therapist's torque where the master is now.
+  Joints<N> device_needs() const noexcept {
+    Joints<N> all;
+    for (int j = 0; j < N; ++j) {
+      const Device& device = devices_[static_cast<std::size_t>(j)];
+      all[j] = unloaded(j) * device.named * device.here.value();
+    }
+    return all;
+  }
+  double friction_named() const noexcept { return devices_[0].tendons.F_c(); }  // N m
+
  private:
+  struct Device {
+    TendonFriction tendons;
+    Hysteresis there, here;  // at the slave as played out, and at the master
+    double named = 0.0;      // N m, fading in
+  };
+  // Friction is taken from what is learnt, and given to the device, in free motion only: under load a torque that turns
+  // with the angle would shake, and what friction takes there shows as a difference of the sides.
+  double unloaded(int j) const noexcept {
+    const double named = devices_[static_cast<std::size_t>(j)].named;
+    return named > 0.0 ? std::clamp(2.0 - 2.0 * std::abs(slave_.f[j]) / named, 0.0, 1.0) : 0.0;
+  }
+  // Of what the slave tells, how much is the friction of its device.
+  double friction(Device& device, double x, double f, double x_m) noexcept {
+    device.tendons.step(x, f);
+    const double L = std::max(device.tendons.L(), device.named / kSteepest), step = kFriction * dt_s_;
+    device.there.step(x, L);
+    device.here.step(x_m, L);
+    device.named += std::clamp(device.tendons.F_c() - device.named, -step, step);
+    return device.named * device.there.value();
+  }
+
   using Contacts = std::array<ContactModel, static_cast<std::size_t>(N)>;
   static constexpr double kOnPurpose = 8.0;  // rad/s
+  static constexpr double kSteepest = 10.0;  // N m/rad: a torque that turns within less way shakes
+  static constexpr double kFriction = 0.5;   // N m/s, at which what is named comes into force
 
   static Contacts make(double K_f, double dt_s) {
     return [&]<std::size_t... I>(std::index_sequence<I...>) { return Contacts{((void)I, ContactModel(K_f, dt_s))...}; }
@@ -162,6 +216,7 @@ class Mediator {
   FourChannelGains K_;
   double dt_s_;
   Contacts rising_, falling_;
+  std::array<Device, static_cast<std::size_t>(N)> devices_;
   Motion<N> slave_;
   LowPass<N> v_slow_;
 };

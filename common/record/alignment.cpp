@@ -138,6 +138,7 @@ AlignedSession align(const Session& session, const scene::Scene& scene) {
     const double sent = s.t_s[k] - s.playout_delay_s[k];
     const bool engaged = s.state[k] == kEngaged && engaged_at(m, sent);
     out.tracking_rad.push_back(engaged ? s.x_rad[k] - p * interpolate(m.t_s, m.x_rad, sent) : kAbsent);
+    out.force_error_of_motion_nm.push_back(engaged ? q * s.F_nm[k] - interpolate(m.t_s, m.F_nm, sent) : kAbsent);
   }
   for (std::size_t k = 0; k < m.t_s.size(); ++k) {
     const double now = m.t_s[k], sent = now - m.playout_delay_s[k];

@@ -32,9 +32,10 @@ struct AlignedSession {
   double position_scale = 1, force_scale = 1;  // of the scene: where the sides differ in size
   SideCurves master, slave;
   // Each error is NaN where a side is not engaged or its value is unknown.
-  std::vector<double> tracking_rad;            // at the slave's ticks: x_s(t) - position_scale x_m(t - T_p)
-  std::vector<double> force_error_nm;          // at the master's ticks: F_m(t) - force_scale F_s(t)
-  std::vector<double> force_error_delayed_nm;  // at the master's ticks: f_m(t) + force_scale f_s(t - T_p), as felt
+  std::vector<double> tracking_rad;              // at the slave's ticks: x_s(t) - position_scale x_m(t - T_p)
+  std::vector<double> force_error_nm;            // at the master's ticks: F_m(t) - force_scale F_s(t)
+  std::vector<double> force_error_delayed_nm;    // at the master's ticks: f_m(t) + force_scale f_s(t - T_p), as felt
+  std::vector<double> force_error_of_motion_nm;  // at the slave's ticks: force_scale F_s(t) - F_m(t - T_p)
   std::vector<double> energy_master_j;  // at the master's ticks: taken from the therapist so far, integral of F_m dx_m
   std::vector<double> energy_slave_j;   // at the slave's ticks: taken from the hand so far, integral of -F_s dx_s
 };

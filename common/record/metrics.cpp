@@ -211,8 +211,9 @@ void stability(const AlignedSession& a, const scene::Scene& scene, const Span& w
 
 void contact(const AlignedSession& a, const scene::Scene& scene, Metrics& out) {
   if (!scene.windows().has_contact()) {
-    for (const auto* key : {"force_error_rms_nm", "force_error_peak_nm", "force_error_delayed_rms_nm", "force_ratio",
-                            "k_seen_ratio", "residual_p2p_rad", "stable"}) {
+    for (const auto* key :
+         {"force_error_rms_nm", "force_error_peak_nm", "force_error_delayed_rms_nm", "force_error_of_motion_rms_nm",
+          "force_ratio", "k_seen_ratio", "residual_p2p_rad", "stable"}) {
       out.set_absent(key, "the scene has no contact window");
     }
     return;
@@ -222,6 +223,8 @@ void contact(const AlignedSession& a, const scene::Scene& scene, Metrics& out) {
   set_rms_and_peak(out, "force_error_rms_nm", "force_error_peak_nm", over(a.master.t_s, a.force_error_nm, window),
                    nobody);
   set_rms_and_peak(out, "force_error_delayed_rms_nm", "", over(a.master.t_s, a.force_error_delayed_nm, window),
+                   nobody + " and a known delay");
+  set_rms_and_peak(out, "force_error_of_motion_rms_nm", "", over(a.slave.t_s, a.force_error_of_motion_nm, window),
                    nobody + " and a known delay");
   steady_ratios(a, scene, window, out);
   stability(a, scene, window, out);
@@ -280,6 +283,14 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   };
   account("account_min_master_j", session.master);
   account("account_min_slave_j", session.slave);
+  double friction = kAbsent;
+  for (const StationSample& row : session.master) {
+    if (std::isfinite(row.friction_nm)) friction = row.friction_nm;
+  }
+  if (std::isfinite(friction))
+    out.set("friction_named_nm", friction);
+  else
+    out.set_absent("friction_named_nm", "the scene has no mediator");
 }
 
 void set_share(Metrics& out, std::string_view key, double part, double whole, const std::string& because) {

@@ -55,6 +55,9 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"force_error_peak_nm", "N m", "largest |F_m(t) - F_s(t)| in the contact window"},
     {"force_error_delayed_rms_nm", "N m",
      "f_m(t) + f_s(t - T_p), estimated torques as felt by the therapist, over the contact window, RMS"},
+    {"force_error_of_motion_rms_nm", "N m",
+     "F_s(t) - F_m(t - T_p) over the contact window, RMS: the torque on the hand against the one that the therapist "
+     "felt when he made this motion"},
     {"force_ratio", "1", "mean F_m / mean F_s over the last 2 s of the contact window"},
     {"k_seen_ratio", "1",
      "stiffness felt by the therapist over that of the hand: (F_m/(x_m - rest)) / (F_s/(x_s - rest)), means over the "
@@ -71,6 +74,8 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"account_min_master_j", "J",
      "engaged, the least that was in the master's energy tank, or that its port had over (passivity observer)"},
     {"account_min_slave_j", "J", "the same at the slave"},
+    {"friction_named_nm", "N m",
+     "friction of the slave's device, as the mediator named it last from unloaded motion; 0: too little to name"},
     {"torque_max_master_nm", "N m", "largest |torque command| of the master"},
     {"torque_max_slave_nm", "N m", "largest |torque command| of the slave"},
     {"velocity_max_rad_s", "rad/s", "largest |velocity| of the two sides"},

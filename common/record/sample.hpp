@@ -24,6 +24,7 @@ inline StationSample sample_of(const TickTrace<1>& trace, const Receiver<1>& rec
   row.x_cdob_rad = trace.compensation.x_cdob;
   row.alpha = trace.compensation.alpha;
   row.energy_j = trace.energy;
+  row.friction_nm = trace.friction;
   row.playout_delay_s = to_seconds(trace.playout_depth);
   row.rtt_s = to_seconds(trace.rtt);
   row.limits = trace.limits;

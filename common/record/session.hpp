@@ -22,7 +22,8 @@ struct StationSample {
   double command_nm = 0;  // torque applied after all limits, or torque reference sent to the MCU
   double x_cdob_rad = 0;  // slave as predicted minus as received: by the CDOB or the mediator; 0 without one
   double alpha = 1;       // SDCV factor; 1 without one
-  double energy_j = std::numeric_limits<double>::quiet_NaN();  // in the tank, or what a port has over; NaN without
+  double energy_j = std::numeric_limits<double>::quiet_NaN();     // in the tank, or what a port has over; NaN without
+  double friction_nm = std::numeric_limits<double>::quiet_NaN();  // named of the peer's device; NaN without
   double playout_delay_s = 0;  // play-out over the fastest packet (buffer depth in force)
   double rtt_s = 0;            // newest round trip measured by echo
   std::uint32_t limits = 0;    // LimitBit

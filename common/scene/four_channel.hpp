@@ -68,10 +68,13 @@ struct FourChannelMediated {
   Drive drive;
   Mediator<N> mediator;
   Joints<N> ahead = Joints<N>::Zero();  // the model, of the slave as received
+  Joints<N> needs = Joints<N>::Zero();  // N m, of the slave's device beside what the therapist gives
 
   void start(const Motion<N>& /*local*/, const Motion<N>& received) noexcept;
   Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed /*since*/) noexcept;
+  Motion<N> outgoing(const Motion<N>& local) const noexcept { return {local.x, local.v, local.f - needs}; }
   Compensation compensation() const noexcept { return {ahead[0], 1.0}; }
+  double friction() const noexcept { return mediator.friction_named(); }
 };
 
 template <class D>
@@ -102,12 +105,14 @@ template <class D>
 void FourChannelMediated<D>::start(const Motion<N>&, const Motion<N>& received) noexcept {
   mediator.reset(received);
   ahead.setZero();
+  needs.setZero();
 }
 
 template <class D>
 auto FourChannelMediated<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
   const Motion<N>& slave = mediator.step(local, received);
   ahead = slave.x - received.x;
+  needs = mediator.device_needs();
   return slave;
 }
 

@@ -270,6 +270,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   gap_ = played.held ? kAfterGap : std::max(gap_ - ticks, 0);
   trace_.compensation = scene_.compensation();
   if constexpr (kKeepsAccount) trace_.energy = scene_.energy();
+  if constexpr (requires { scene_.friction(); }) trace_.friction = scene_.friction();
 
   // Homing has its own gate: neither range nor peer count in it.
   const bool homing = trace_.state == StationState::kHoming;

@@ -25,7 +25,8 @@ struct TickTrace {
   Reason reason = Reason::kStart;
   Motion<N> local, remote, target;
   Compensation compensation;
-  double energy = std::numeric_limits<double>::quiet_NaN();  // J, in the tank or over what a port owes; NaN without
+  double energy = std::numeric_limits<double>::quiet_NaN();    // J, in the tank or over what a port owes; NaN without
+  double friction = std::numeric_limits<double>::quiet_NaN();  // N m, named of the peer's device; NaN without
   double effort = 0.0;  // torque applied, or torque reference handed to the device, N m
   Nanoseconds playout_depth = 0;
   Nanoseconds rtt = 0;

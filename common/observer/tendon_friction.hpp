@@ -1,0 +1,95 @@
+// Friction that no torque sensor tells from the hand, because it acts behind it: tendons, gears. It is named by what
+// only friction does. In unloaded motion the reaction depends on the way gone since the last turn and on nothing else,
+//
+//   f = F_c z,   dz/dx = (1 - z sign(dx)) / L          (Dahl 1968; z runs from -1 to 1, L: the way over which it turns)
+//
+// and rate and angle do not matter. So f is compared with z of several L over the way gone; where one of them explains
+// nearly all of it, F_c is the friction, and where none does the axis is loaded, and what was named stays. A hand's own
+// friction is not told from that of the device.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace farhand {
+
+// z of one axis.
+class Hysteresis {
+ public:
+  void step(double x, double L) noexcept {
+    const double dx = x - x_;
+    x_ = x;
+    const double along = dx < 0 ? -1.0 : 1.0;
+    z_ = along + (z_ - along) * std::exp(-std::abs(dx) / L);
+  }
+  void reset(double x) noexcept { x_ = x, z_ = 0.0; }
+  double value() const noexcept { return z_; }
+
+ private:
+  double x_ = 0.0, z_ = 0.0;
+};
+
+class TendonFriction {
+ public:
+  // x, f: angle and reaction, rad, N m.
+  void step(double x, double f) noexcept {
+    if (!begun_) {
+      begun_ = true;
+      x_ = x;
+      for (Turn& turn : turns_) turn.z.reset(x);
+      return;
+    }
+    // The way goes through a play, so that an encoder's last count is no turn.
+    const double play = std::clamp(x - x_, -kPlay, kPlay), dx = x - x_ - play;
+    if (dx == 0.0) return;
+    x_ += dx;
+    const double way = std::abs(dx), keep = std::exp(-way / kMemory);
+    ff_ = keep * ff_ + way * f * f;
+    way_ = keep * way_ + way;
+    for (std::size_t i = 0; i < turns_.size(); ++i) {
+      Turn& t = turns_[i];
+      t.z.step(x_, kLengths[i]);
+      const double z = t.z.value();
+      t.zz = keep * t.zz + way * z * z;
+      t.zf = keep * t.zf + way * z * f;
+      t.z_mean = keep * t.z_mean + way * z;
+    }
+    gone_ += way;
+    if (gone_ < kEnough) return;
+    const auto explained = [](const Turn& t) { return t.zz > 0.0 ? t.zf * std::abs(t.zf) / t.zz : 0.0; };
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < turns_.size(); ++i) {
+      if (explained(turns_[i]) > explained(turns_[best])) best = i;
+    }
+    const double most = explained(turns_[best]);
+    if (ff_ - most > std::max(kRest * most, kNoise * kNoise * way_)) return;
+    if (std::abs(turns_[best].z_mean) > kBothWays * way_) return;
+    const double F_c = turns_[best].zf / turns_[best].zz;
+    F_c_ = F_c > kLeast ? F_c : 0.0;
+    L_ = kLengths[best];
+  }
+
+  double F_c() const noexcept { return F_c_; }  // N m; 0 while nothing is named
+  double L() const noexcept { return L_; }      // rad
+
+ private:
+  static constexpr double kPlay = 0.4e-3;   // rad, more than a count of 20000
+  static constexpr double kMemory = 1.0;    // rad of way
+  static constexpr double kEnough = 0.5;    // rad of way
+  static constexpr double kRest = 0.05;     // of the square of f, left unexplained
+  static constexpr double kNoise = 0.03;    // N m, of f
+  static constexpr double kBothWays = 0.5;  // of the way: pressing into a spring looks like friction, one way
+  static constexpr double kLeast = 0.03;    // N m: what the observers leave of a moving axis is less
+  static constexpr std::array<double, 6> kLengths{2.5e-3, 4e-3, 7e-3, 12e-3, 21e-3, 36e-3};  // rad
+  struct Turn {
+    Hysteresis z;
+    double zz = 0.0, zf = 0.0, z_mean = 0.0;
+  };
+  std::array<Turn, kLengths.size()> turns_;
+  double x_ = 0.0, ff_ = 0.0, way_ = 0.0, gone_ = 0.0;
+  double F_c_ = 0.0, L_ = kLengths[0];
+  bool begun_ = false;
+};
+
+}  // namespace farhand
