@@ -1,0 +1,44 @@
+// Constant of a spring: slope of its torque over its deflection while it is slowly loaded and let go, the joint held
+// or not. Zero errors of both sensors stay out of it. A branch in which the load only grows, or only falls, is a block.
+//
+//   torque = k deflection + c
+//
+// The scale of the torque sensor (or of the known load) goes wholly into k: they cannot be told apart.
+#pragma once
+
+#include "common/identify/free_motion.hpp"
+
+namespace farhand {
+
+struct SpringEstimate {
+  bool determined = false;  // else it was loaded too little
+  Estimate k, offset;       // N m/rad, N m
+  double residual = 0.0;    // N m, RMS over the rows
+  double expected = 0.0;    // N m, what the resolution of both encoders alone would leave of it
+  double torque = 0.0;      // N m, half of the range of the torque
+  int rows = 0, branches = 0;
+};
+
+class Spring {
+ public:
+  // resolution: rad, a count of the deflection, the coarser of both encoders.
+  explicit Spring(double resolution) noexcept : resolution_(resolution) {}
+
+  void add(double deflection, double torque) noexcept;
+
+  SpringEstimate estimate() const noexcept;
+
+ private:
+  static constexpr int kMean = 32;       // samples to a row
+  static constexpr double kTurn = 0.02;  // N m; the load turned round when it went back by this
+  static constexpr double kLeast = 0.1;  // N m, range of the torque
+
+  double resolution_;
+  double deflection_sum_ = 0.0, torque_sum_ = 0.0;
+  double peak_ = 0.0, low_ = 0.0, high_ = 0.0;
+  int count_ = 0, way_ = 0;
+  bool any_ = false;
+  BlockedLeastSquares<2> rows_;
+};
+
+}  // namespace farhand

@@ -1,0 +1,52 @@
+// How an axis is moved to be identified: to and fro between two angles, at a quarter, half and all of a speed, from
+// rest to rest with a constant acceleration at both ends. Where it is led is bounded here, with what torque by the
+// gate.
+#pragma once
+
+#include "common/signal/motion.hpp"
+
+namespace farhand {
+
+struct SweepsParams {
+  double low = -0.25, high = 0.25;  // rad, turning points
+  double speed = 1.0;               // rad/s, of the fastest sweeps
+  double acceleration = 8.0;        // rad/s2
+  int rounds = 6;                   // of six sweeps each
+};
+
+class Sweeps {
+ public:
+  Sweeps(const SweepsParams& params, double dt_s) noexcept : params_(params), dt_s_(dt_s) {}
+
+  // x: where it stands now, and where it is led back to.
+  void begin(double x) noexcept;
+
+  // The motion to follow; its force is none.
+  Motion<1> step(int ticks) noexcept;
+
+  bool sweeping() const noexcept { return number_ > 0 && number_ <= 6 * params_.rounds; }
+  bool done() const noexcept { return number_ > 6 * params_.rounds + 2; }
+  double duration_s() const noexcept;  // from begin() to done(), but for the ways there and back
+
+ private:
+  static constexpr double kRest = 0.25;  // s, before each way
+  // No two sweeps are alike, by this share: else each would meet the encoder's counts as the last one did, and errors
+  // that repeat do not show as scatter.
+  static constexpr double kVary = 0.1;
+
+  struct Way {
+    double from, to, speed;
+  };
+  static double scattered(int number) noexcept;
+  double turning_point(int number) const noexcept;
+  Way way(int number) const noexcept;
+  double acceleration_time(const Way& way) const noexcept;
+  double duration(const Way& way) const noexcept;
+
+  SweepsParams params_;
+  double dt_s_;
+  double start_ = 0.0, t_ = 0.0;
+  int number_ = 0;  // 0 leads to the low end, the last but one back
+};
+
+}  // namespace farhand
