@@ -220,7 +220,7 @@ TEST(Codec, RejectsUnknownStatesAndLimits) {
   for (unsigned state = 0; state < 256; ++state) {
     Packet<1> p;
     p.state = static_cast<StationState>(state);
-    EXPECT_EQ(codec.decode(codec.encode(p), out), state <= 8 ? DecodeResult::kOk : DecodeResult::kValue) << state;
+    EXPECT_EQ(codec.decode(codec.encode(p), out), state <= 9 ? DecodeResult::kOk : DecodeResult::kValue) << state;
   }
   for (unsigned bit = 0; bit < 32; ++bit) {
     Packet<1> p;

@@ -170,9 +170,9 @@ TEST(Load, SaysWhatIsOutOfRange) {
             "FILE:3:1: seed = 9007199254740993 is not allowed; give a whole number from 0 to 9007199254740992 (seeds "
             "every random choice of the run)");
   EXPECT_EQ(complaint(kBase + "operator_acts { at_s: 1 act: 0 }"),
-            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP, RESET, HOME");
+            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP, RESET, HOME, IDENTIFY");
   EXPECT_EQ(complaint(kBase + "operator_acts { at_s: 1 act: 17 }"),
-            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP, RESET, HOME");
+            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP, RESET, HOME, IDENTIFY");
 }
 
 TEST(Load, CollectsEveryMistake) {
@@ -343,7 +343,7 @@ TEST(Set, SaysWhichArgumentIsWrong) {
       "--set operator_acts[x].at_s=1: 'operator_acts[x]' is not a field; an element of a list is written name[0]");
   EXPECT_EQ(complaint(kBase, {"operator_acts[0].at_s=1"}),
             "--set operator_acts[0].at_s=1: operator_acts[0].act is missing and has no default; give one of ENGAGE, "
-            "HOLD, STOP, RESET, HOME (what is asked for)");
+            "HOLD, STOP, RESET, HOME, IDENTIFY (what is asked for)");
   EXPECT_EQ(complaint(kBase, {"slave.hand={stif: 3}"}),
             "--set slave.hand={stif: 3}: there is no field 'stif' in Hand, did you mean 'stiffness_nm_per_rad'?");
   EXPECT_EQ(complaint(kBase, {"slave.hand={from_s: 3}", "slave.hand.until_s=2"}),

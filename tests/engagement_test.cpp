@@ -201,17 +201,18 @@ class Weather {
   EngagementInputs next() {
     if (random_() % 128 == 0) turn();
     EngagementInputs in;
-    if (happens(kAct) || random_() % 64 == 0) in.act = static_cast<OperatorAct>(random_() % 6);
+    if (happens(kAct) || random_() % 64 == 0) in.act = static_cast<OperatorAct>(random_() % 7);
     in.device_valid = !happens(kLost);
     in.finite = !happens(kNotFinite);
     in.in_range = !happens(kOutOfRange);
     in.at_rest = !happens(kNotAtRest);
     if (happens(kHomed)) in.homing = random_() % 2 == 0 ? HomingProgress::kBlocked : HomingProgress::kDone;
+    if (happens(kIdentified)) in.identifying = static_cast<IdentifyingProgress>(1 + random_() % 3);
     if (happens(kGuardFault)) in.guard_fault = Reason::kOutOfRange;
     in.limit_holds = happens(kPatientLimit);
     in.shaken = happens(kShaken);
     in.peer_alive = !happens(kSilent);
-    if (happens(kPeerChanges)) peer_ = static_cast<S>(random_() % 9);
+    if (happens(kPeerChanges)) peer_ = static_cast<S>(random_() % 10);
     in.peer = peer_;
     in.aligned = !happens(kApart);
     return in;
@@ -226,6 +227,7 @@ class Weather {
     kOutOfRange,
     kNotAtRest,
     kHomed,
+    kIdentified,
     kGuardFault,
     kPatientLimit,
     kShaken,
@@ -254,8 +256,12 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
   std::uint64_t steps = 0;
   for (int round = 0; round < 40; ++round) {
     const Role role = round % 2 == 0 ? Role::kLeader : Role::kFollower;
-    const EngagementParams params{
-        .timeout = 40, .self_test = 3, .self_test_limit = 12, .homing = round % 4 < 2, .homing_timeout = 40};
+    const EngagementParams params{.timeout = 40,
+                                  .self_test = 3,
+                                  .self_test_limit = 12,
+                                  .homing = round % 4 < 2,
+                                  .homing_timeout = 40,
+                                  .identification = round % 8 < 6};
     Weather weather(static_cast<std::uint64_t>(round) + 1);
     Engagement machine(role, params);
     Nanoseconds now = 0, unsound = 0;  // when the device was last seen unsound, or the test began
@@ -291,12 +297,20 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
       }
       // What moves, and what may begin to.
       if (asks_of(next) == Asks::kMotion) {
-        ASSERT_TRUE(next == S::kHoming || next == S::kAligning || next == S::kEngaged || next == S::kHolding);
+        ASSERT_TRUE(next == S::kHoming || next == S::kIdentifying || next == S::kAligning || next == S::kEngaged ||
+                    next == S::kHolding);
         ASSERT_TRUE(last != S::kOff && last != S::kFault && last != S::kStopped);
         ASSERT_TRUE(last != S::kSelfTest || next == S::kHoming);
       }
       if (next != last && next == S::kHoming) {
         ASSERT_TRUE(last == S::kSelfTest && params.homing && !homed && in.act == OperatorAct::kHome);
+      }
+      if (next != last && next == S::kIdentifying) {
+        ASSERT_TRUE(last == S::kReady && params.identification && in.act == OperatorAct::kIdentify);
+      }
+      if (last == S::kIdentifying) {
+        ASSERT_TRUE(next == last || next == S::kReady || next == S::kFault || next == S::kStopped);
+        ASSERT_TRUE(next != S::kReady || in.identifying == IdentifyingProgress::kAsSaid);
       }
       if (next != last && (next == S::kHoming || (next == S::kReady && last == S::kSelfTest))) {
         ASSERT_GE(now - unsound, params.self_test);

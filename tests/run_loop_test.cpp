@@ -277,7 +277,8 @@ TEST(OperatorInput, TakesKeysFromATerminalAndRestoresIt) {
       failures += write(master, "x", 1) != 1;
       const std::pair<char, OperatorAct> wanted[] = {{'e', OperatorAct::kEngage}, {'h', OperatorAct::kHold},
                                                      {'s', OperatorAct::kStop},   {'r', OperatorAct::kReset},
-                                                     {'o', OperatorAct::kHome},   {'q', OperatorAct::kStop}};
+                                                     {'o', OperatorAct::kHome},   {'i', OperatorAct::kIdentify},
+                                                     {'q', OperatorAct::kStop}};
       for (const auto& [key, act] : wanted) {
         failures += write(master, &key, 1) != 1;
         std::optional<OperatorAct> got;

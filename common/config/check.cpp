@@ -172,12 +172,33 @@ void check_homing(Checker& checker, const scene::Axis& axis, const scene::Contro
     checker.complain(prefix + "homing", prefix + "homing needs control.K_p_per_s2 and control.K_f_per_kgm2 above 0");
 }
 
+// Where the torque on the joint is known, and is enough.
+void check_identification(Checker& checker, const scene::Axis& axis, const scene::Control& control,
+                          const std::string& prefix, bool direct) {
+  if (!axis.has_identification()) return;
+  const scene::Identification& identification = axis.identification();
+  const std::string name = prefix + "identification";
+  if (!direct)
+    checker.complain(name, name +
+                               " needs a DIRECT_DRIVE: what turns the joint of an orthosis is known to its MCU; "
+                               "identify it from the MCU's recording");
+  if (control.k_p_per_s2() == 0) checker.complain(name, name + " needs control.K_p_per_s2 above 0");
+  const double needed = axis.j_n_kgm2() * identification.acceleration_rad_s2() + axis.coulomb_nm();
+  if (needed > 0.8 * identification.torque_nm())
+    checker.complain(name + ".torque_nm", name + ".torque_nm = " + shortest(identification.torque_nm()) +
+                                              " N m is too little for its acceleration_rad_s2: give at least " +
+                                              shortest(needed / 0.8) + " N m");
+}
+
 void check_together(Checker& checker, const scene::Scene& scene) {
   check_order(checker, scene.control(), "control.", "f_1_nm", "f_2_nm");
   check_order(checker, scene.master().axis(), "master.axis.", "range_min_rad", "range_max_rad");
   check_order(checker, scene.slave().axis(), "slave.axis.", "range_min_rad", "range_max_rad");
   check_homing(checker, scene.master().axis(), scene.control(), "master.axis.");
   check_homing(checker, scene.slave().axis(), scene.control(), "slave.axis.");
+  check_identification(checker, scene.master().axis(), scene.control(), "master.axis.", true);
+  check_identification(checker, scene.slave().axis(), scene.control(), "slave.axis.",
+                       scene.slave().device() != scene::SERIES_ELASTIC);
   check_order(checker, scene.master().motor(), "master.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().motor(), "slave.motor.", "stop_min_rad", "stop_max_rad");
   check_order(checker, scene.slave().series_elastic(), "slave.series_elastic.", "stop_min_rad", "stop_max_rad");

@@ -15,6 +15,8 @@ OperatorAct act_of(scene::Act act) {
       return OperatorAct::kReset;
     case scene::HOME:
       return OperatorAct::kHome;
+    case scene::IDENTIFY:
+      return OperatorAct::kIdentify;
     default:
       break;
   }

@@ -94,6 +94,19 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
     p.engagement.homing_timeout = from_seconds(h.timeout_s());
     p.homing = {.stop = h.stop_rad(), .back = h.back_rad(), .speed = h.speed_rad_s(), .torque = h.torque_nm()};
   }
+  if (axis.has_identification()) {
+    const scene::Identification& i = axis.identification();
+    // 0.7 of the range: far from its ends, and far enough to reach every speed.
+    const double middle = 0.5 * (axis.range_min_rad() + axis.range_max_rad());
+    const double half = 0.35 * (axis.range_max_rad() - axis.range_min_rad());
+    p.engagement.identification = true;
+    p.identifying = {.sweeps = {.low = middle - half,
+                                .high = middle + half,
+                                .speed = i.speed_rad_s(),
+                                .acceleration = i.acceleration_rad_s2(),
+                                .rounds = static_cast<int>(i.rounds())},
+                     .torque = i.torque_nm()};
+  }
   p.align_speed = e.align_speed_rad_s();
   p.align_tolerance = e.align_tolerance_rad();
   p.blend_s = e.blend_s();
@@ -102,12 +115,14 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
   return p;
 }
 
+double count_rad(double per_rev) { return per_rev > 0 ? 2 * std::numbers::pi / per_rev : 0.0; }
+
 double count_rad(const scene::Scene& scene) {
   const scene::Slave& slave = scene.slave();
   const bool elastic = slave.device() == scene::SERIES_ELASTIC;
   const double per_rev =
       elastic ? slave.series_elastic().joint_counts_per_rev() : slave.motor().encoder_counts_per_rev();
-  const double count = per_rev > 0 ? 2 * std::numbers::pi / per_rev : 0.0;
+  const double count = count_rad(per_rev);
   return elastic ? std::max(count, 1.0 / mcu::kAngleCountsPerRad) : count;
 }
 
@@ -167,6 +182,7 @@ StationParams master_station_params(const scene::Scene& scene, std::uint32_t ses
   p.scene.drive.K.K_f = master_K_f(scene);
   p.scene.sdcv.f_1 *= p.scale.force;
   p.scene.sdcv.f_2 *= p.scale.force;
+  p.identifying.resolution = count_rad(scene.master().motor().encoder_counts_per_rev());
   return p;
 }
 
@@ -176,6 +192,7 @@ StationParams slave_station_params(const scene::Scene& scene, std::uint32_t sess
   p.scene.drive.gate.acceleration = axis.acceleration_limit_rad_s2();
   p.scene.drive.gate.speed = axis.velocity_limit_rad_s();
   p.scene.tank.alpha = p.scene.tank.B_fast = 0.0;  // what the therapist does not feel does not tell him either
+  p.identifying.resolution = count_rad(scene.slave().motor().encoder_counts_per_rev());
   p.guard.limits = patient_limits(scene.slave());
   p.guard.plausibility = plausibility_params(scene, p.scene.drive);
   p.guard.oscillation = {

@@ -52,6 +52,12 @@ class FreeMotion {
   // The next sample does not follow the last one.
   void interrupt() noexcept { filled_ = 0; }
 
+  // Forgets all.
+  void restart() noexcept {
+    rows_ = {};
+    filled_ = last_direction_ = 0;
+  }
+
   FreeMotionEstimate estimate() const noexcept;
 
  private:

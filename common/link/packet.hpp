@@ -20,9 +20,10 @@ enum class StationState : std::uint8_t {
   kOff = 5,
   kSelfTest = 6,
   kHoming = 7,
-  kStopped = 8
+  kStopped = 8,
+  kIdentifying = 9
 };
-inline constexpr StationState kLastState = StationState::kStopped;  // the codec rejects anything beyond
+inline constexpr StationState kLastState = StationState::kIdentifying;  // the codec rejects anything beyond
 
 template <int N>
 struct Packet {

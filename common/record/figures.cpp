@@ -60,6 +60,8 @@ Lanes::Stretch state_stretch(int state, double from, double until) {
       return {from, until, "#dadaeb", 1, ""};
     case StationState::kHoming:
       return {from, until, "#9e9ac8", 1, "homing"};
+    case StationState::kIdentifying:
+      return {from, until, "#bcbddc", 1, "identifying"};
     case StationState::kStopped:
       return {from, until, "#a50f15", 1, "stopped"};
   }

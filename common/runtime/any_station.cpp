@@ -10,7 +10,12 @@ namespace {
 template <class Io, class S>
 class StationOf final : public AnyStation<Io> {
  public:
-  explicit StationOf(const StationParams& params) : station_(params) {}
+  explicit StationOf(const StationParams& params)
+      : identifying_(
+            params.engagement.identification
+                ? std::make_unique<Identifying>(params.identifying, params.scene.drive.model, params.scene.drive.dt_s)
+                : nullptr),
+        station_(params, identifying_.get()) {}
 
   Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return station_.receive(packet, now); }
   typename AnyStation<Io>::Output tick(Nanoseconds now, const typename Io::Sensed& sensed, OperatorAct act,
@@ -21,9 +26,10 @@ class StationOf final : public AnyStation<Io> {
   const TickTrace<1>& trace() const noexcept override { return station_.trace(); }
   const Receiver<1>& receiver() const noexcept override { return station_.receiver(); }
   bool carries_energy() const noexcept override { return Station<S>::kKeepsAccount; }
-  std::size_t bytes() const noexcept override { return sizeof(station_); }
+  std::size_t bytes() const noexcept override { return sizeof(station_) + (identifying_ ? sizeof(*identifying_) : 0); }
 
  private:
+  std::unique_ptr<Identifying> identifying_;
   Station<S> station_;
 };
 

@@ -23,6 +23,8 @@ std::optional<OperatorAct> act_of_key(char key) noexcept {
       return OperatorAct::kReset;
     case 'o':
       return OperatorAct::kHome;
+    case 'i':
+      return OperatorAct::kIdentify;
     default:
       return std::nullopt;
   }
@@ -34,6 +36,7 @@ std::optional<OperatorAct> act_of_word(std::string_view word) noexcept {
   if (word == "stop") return OperatorAct::kStop;
   if (word == "reset") return OperatorAct::kReset;
   if (word == "home") return OperatorAct::kHome;
+  if (word == "identify") return OperatorAct::kIdentify;
   return std::nullopt;
 }
 

@@ -1,6 +1,6 @@
-// The operator's acts from standard input: whole lines (engage, hold, stop, reset, home) from a pipe or file, single
-// keys (e, h, s, r, o, and q for stop) from a terminal. Nothing moves at start, so this is how a session comes alive.
-// Never blocks, never spins on a closed input, and an input that ends does not end the session.
+// The operator's acts from standard input: whole lines (engage, hold, stop, reset, home, identify) from a pipe or file,
+// single keys (e, h, s, r, o, i, and q for stop) from a terminal. Nothing moves at start, so this is how a session
+// comes alive. Never blocks, never spins on a closed input, and an input that ends does not end the session.
 #pragma once
 
 #include <termios.h>

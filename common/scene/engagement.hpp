@@ -15,9 +15,11 @@ struct EngagementParams {
   Nanoseconds self_test_limit = kSecond;      // and that within this time
   bool homing = false;                        // the device does not know its angle until it was led to a stop
   Nanoseconds homing_timeout = 30 * kSecond;
+  bool identification = false;  // it may be asked whether the axis is the one of the scene
 };
 
 enum class HomingProgress : std::uint8_t { kUnderway, kBlocked, kDone };
+enum class IdentifyingProgress : std::uint8_t { kUnderway, kBlocked, kAnother, kAsSaid };
 
 struct EngagementInputs {
   OperatorAct act = OperatorAct::kNone;  // of this side
@@ -26,6 +28,7 @@ struct EngagementInputs {
   bool in_range = true;                  // such as this device can give
   bool at_rest = true;                   // no torque is commanded, and the device says that it gives none
   HomingProgress homing = HomingProgress::kUnderway;
+  IdentifyingProgress identifying = IdentifyingProgress::kUnderway;
   std::optional<Reason> guard_fault;  // what the guard of the patient's side finds wrong
   bool limit_holds = false;           // a limit of the patient's side asks for rest
   bool shaken = false;                // the patient's hand shakes, and less of the peer's wishes did not calm it

@@ -9,6 +9,7 @@
 #include "common/observer/plausibility.hpp"
 #include "common/scene/engagement.hpp"
 #include "common/scene/homing.hpp"
+#include "common/scene/identifying.hpp"
 
 namespace farhand {
 
@@ -70,6 +71,7 @@ struct StationParams {
   ReceiverParams receive;
   EngagementParams engagement;
   HomingParams homing;            // used where the engagement asks for it
+  IdentifyingParams identifying;  // so too
   GuardParams guard;              // the follower's only
   double align_speed = 0.3;       // rad/s
   double align_tolerance = 0.01;  // rad

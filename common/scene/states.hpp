@@ -10,7 +10,7 @@ namespace farhand {
 
 enum class Role : std::uint8_t { kLeader, kFollower };  // the therapist's side, the patient's side
 
-enum class OperatorAct : std::uint8_t { kNone, kEngage, kHold, kStop, kReset, kHome };
+enum class OperatorAct : std::uint8_t { kNone, kEngage, kHold, kStop, kReset, kHome, kIdentify };
 
 // Why the state last changed; in events and on the status line.
 enum class Reason : std::uint8_t {
@@ -36,7 +36,9 @@ enum class Reason : std::uint8_t {
   kEncoderJump,
   kEncoderFrozen,
   kSpringDisagrees,
-  kShaken
+  kShaken,
+  kIdentified,
+  kAnotherAxis
 };
 
 class StateSet {
@@ -66,6 +68,7 @@ constexpr Asks asks_of(StationState state) noexcept {
     case StationState::kReady:
       return Asks::kWeight;
     case StationState::kHoming:
+    case StationState::kIdentifying:
     case StationState::kAligning:
     case StationState::kEngaged:
     case StationState::kHolding:
@@ -81,11 +84,11 @@ constexpr Asks asks_of(StationState state) noexcept {
 
 constexpr const char* name_of(StationState state) noexcept {
   constexpr const char* kNames[] = {"ready", "aligning",  "engaged", "holding", "fault",
-                                    "off",   "self-test", "homing",  "stopped"};
+                                    "off",   "self-test", "homing",  "stopped", "identifying"};
   return kNames[static_cast<int>(state)];
 }
 constexpr const char* name_of(OperatorAct act) noexcept {
-  constexpr const char* kNames[] = {"nothing", "engage", "hold", "stop", "reset", "home"};
+  constexpr const char* kNames[] = {"nothing", "engage", "hold", "stop", "reset", "home", "identify"};
   return kNames[static_cast<int>(act)];
 }
 constexpr const char* name_of(Reason reason) noexcept {
@@ -111,7 +114,9 @@ constexpr const char* name_of(Reason reason) noexcept {
                                     "encoder jumps",
                                     "encoder is frozen",
                                     "spring and its sensor disagree",
-                                    "shaken"};
+                                    "shaken",
+                                    "identified",
+                                    "axis is not as the scene says"};
   return kNames[static_cast<int>(reason)];
 }
 constexpr const char* name_of(Asks asks) noexcept {

@@ -33,13 +33,15 @@ class Station {
     Packet<N> packet;
   };
 
-  explicit Station(const StationParams& p)
+  // identifying: where the scene asks for it, and the device takes a torque; outlives the station.
+  explicit Station(const StationParams& p, Identifying* identifying = nullptr)
       : params_(p),
         dt_s_(p.scene.drive.dt_s),
         scene_(p.scene),
         receiver_(p.receive, p.session),
-        engagement_(p.role, p.engagement),
+        engagement_(p.role, where_it_can(p.engagement, identifying)),
         homing_(p.homing, p.scene.drive.K, p.scene.drive.dt_s),
+        identifying_(identifying),
         blend_(p.blend_s, p.align_speed),
         scaled_(p.scale.any()) {
     if (p.role == Role::kFollower) guard_.emplace(p.guard, p.scene.drive);
@@ -61,6 +63,11 @@ class Station {
   static constexpr double kFollowerGate = 0.0873;
   static constexpr double kLeap = 0.75e-3;  // rad
   static constexpr int kAfterGap = 20;      // ticks; what compensates answers the catching up a few later
+
+  static EngagementParams where_it_can(EngagementParams params, const Identifying* by) noexcept {
+    params.identification = params.identification && Drive::kGivesTorque && by != nullptr;
+    return params;
+  }
 
   // A reading that lies further outside of the range of motion than half its width is none of this device.
   bool in_range() const noexcept {
@@ -90,6 +97,12 @@ class Station {
                    .engaged = trace_.state == StationState::kEngaged,
                    .ticks = ticks});
     }
+  }
+
+  GateParams identifying_gate() const noexcept {
+    GateParams gate = params_.scene.drive.gate;
+    gate.torque = std::min(gate.torque, params_.identifying.torque + params_.scene.drive.model.gravity);
+    return gate;
   }
 
   // Following oneself asks for no acceleration.
@@ -125,6 +138,7 @@ class Station {
     in.in_range = params_.engagement.homing || in_range();
     in.at_rest = scene_.drive.at_rest(sensed);
     in.homing = homing_.progress();
+    if (identifying_ != nullptr) in.identifying = identifying_->progress();
     in.peer_alive = !receiver_.take_lapse() && peer_known && receiver_.alive(now);
     in.peer = receiver_.newest().state;
     in.aligned = peer_known && receiver_.settled(now) && blend_.done() &&
@@ -138,6 +152,8 @@ class Station {
     if (trace_.state == StationState::kEngaged) scene_.start(trace_.local, trace_.remote);
     if (trace_.state == StationState::kHoming) begin_homing();
     if (before == StationState::kHoming) end_homing();
+    if (trace_.state == StationState::kIdentifying) begin_identifying();
+    if (before == StationState::kIdentifying) end_identifying();
   }
 
   void begin_homing() noexcept {
@@ -154,6 +170,16 @@ class Station {
     was_usable_ = false;  // the next reading is differentiated from itself
   }
 
+  void begin_identifying() noexcept {
+    identifying_->begin(trace_.local.x[0]);
+    scene_.drive.limit(identifying_gate());
+  }
+
+  void end_identifying() noexcept {
+    scene_.drive.limit(params_.scene.drive.gate);
+    trace_.misfit = engagement_.reason() == Reason::kAnotherAxis ? identifying_->misfit() : Misfit::kNone;
+  }
+
   // The motion to follow, before blending.
   Motion<N> choose(Elapsed since) noexcept {
     switch (trace_.state) {
@@ -165,6 +191,8 @@ class Station {
         return {x_hold_, Joints<N>::Zero(), Joints<N>::Zero()};
       case StationState::kHoming:
         return homing_.step(trace_.local, since.ticks);
+      case StationState::kIdentifying:
+        return identifying_->step(trace_.local, since.ticks);
       case StationState::kOff:
       case StationState::kSelfTest:
       case StationState::kReady:
@@ -218,6 +246,7 @@ class Station {
   Receiver<N> receiver_;
   Engagement engagement_;
   Homing homing_;
+  Identifying* identifying_;
   Blend<N> blend_;
   std::optional<PatientGuard<N>> guard_;  // the follower's only
   GuardVerdict verdict_;
@@ -272,15 +301,16 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   if constexpr (kKeepsAccount) trace_.energy = scene_.energy();
   if constexpr (requires { scene_.friction(); }) trace_.friction = scene_.friction();
 
-  // Homing has its own gate: neither range nor peer count in it.
-  const bool homing = trace_.state == StationState::kHoming;
-  if (guard_) followed_ = homing ? trace_.target : guard_->allow(local, trace_.target, verdict_.gain);
+  // What the station leads by itself has its own gate: no peer counts in it.
+  const bool led = trace_.state == StationState::kHoming || trace_.state == StationState::kIdentifying;
+  if (guard_) followed_ = led ? trace_.target : guard_->allow(local, trace_.target, verdict_.gain);
   const Motion<N>& followed = guard_ ? followed_ : trace_.target;
 
   Output out;
   out.command = usable && asks != Asks::kNothing ? scene_.drive.follow(local, followed, asks == Asks::kMotion, ticks)
                                                  : scene_.drive.safe();
   if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
+  if (trace_.state == StationState::kIdentifying) identifying_->sample(local.x[0], scene_.drive.torque()[0], ticks);
   trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
   if (guard_) {
     trace_.limits |= verdict_.limits | verdict_.warnings << kWarningShift;

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "common/identify/judgement.hpp"
 #include "common/scene/states.hpp"
 
 namespace farhand {
@@ -31,7 +32,8 @@ struct TickTrace {
   Nanoseconds playout_depth = 0;
   Nanoseconds rtt = 0;
   std::uint32_t limits = 0;
-  double shaking = 0.0;  // of the patient's hand: RMS of its velocity in the band of shaking, rad/s
+  Misfit misfit = Misfit::kNone;  // what the last identification found
+  double shaking = 0.0;           // of the patient's hand: RMS of its velocity in the band of shaking, rad/s
 };
 
 }  // namespace farhand

@@ -40,6 +40,7 @@ std::vector<OperatorAct> plain_acts(const std::string& said) {
     if (line == "stop") acts.push_back(OperatorAct::kStop);
     if (line == "reset") acts.push_back(OperatorAct::kReset);
     if (line == "home") acts.push_back(OperatorAct::kHome);
+    if (line == "identify") acts.push_back(OperatorAct::kIdentify);
     begin = end + 1;
   }
   return acts;

@@ -146,9 +146,11 @@ class Keeper final : public Witness {
     const char* who = master ? "master" : "slave";
     const StationSample row = sample_of(side.trace(), side.receiver(), side.truth(), t_s);
     if (act != OperatorAct::kNone) session.events.push_back({t_s, who, std::string("operator: ") + name_of(act)});
-    if (rows.empty() || rows.back().state != row.state)
+    if (rows.empty() || rows.back().state != row.state) {
       session.events.push_back(
           {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + name_of(side.trace().reason)});
+      if (side.trace().misfit != Misfit::kNone) session.events.push_back({t_s, who, name_of(side.trace().misfit)});
+    }
     const std::string_view shaking = master ? std::string_view() : shaking_note_.step(t_s, side.trace());
     if (!shaking.empty()) session.events.push_back({t_s, who, std::string(shaking)});
     rows.push_back(row);

@@ -64,10 +64,14 @@ struct Side {
   }
   void restart(std::uint32_t session) {
     own.session = session;
-    station.reset(new Station<Scene>(own));
+    const DriveParams& drive = own.scene.drive;
+    if (own.engagement.identification)
+      identifying = std::make_unique<Identifying>(own.identifying, drive.model, drive.dt_s);
+    station.reset(new Station<Scene>(own, identifying.get()));
   }
 
   StationParams own;
+  std::unique_ptr<Identifying> identifying;
   std::unique_ptr<Station<Scene>> station;
   static constexpr bool kDirect = requires(typename Scene::Drive::Command command) { command.torque; };
   std::conditional_t<kDirect, AxisInHand, AxisBehindMcu> axis;

@@ -1,0 +1,45 @@
+// Whether the axis is the one that the scene describes: led to and fro by its own station, without a hand in the
+// device, and judged by the torque that this takes (common/identify).
+#pragma once
+
+#include "common/identify/judgement.hpp"
+#include "common/identify/sweeps.hpp"
+#include "common/scene/engagement.hpp"
+
+namespace farhand {
+
+struct IdentifyingParams {
+  SweepsParams sweeps;
+  double torque = 0.5;             // N m, at most
+  double resolution = 3.14159e-4;  // rad, a count of the encoder
+};
+
+// 40 kB: belongs to whoever makes the station, where the scene asks for it.
+class Identifying {
+ public:
+  Identifying(const IdentifyingParams& params, const AxisModel& said, double dt_s) noexcept
+      : sweeps_(params.sweeps, dt_s), fit_({.dt_s = dt_s, .resolution = params.resolution}), said_(said) {}
+
+  void begin(double x) noexcept;
+
+  // The motion to follow: the position alone counts.
+  Motion<1> step(const Motion<1>& local, int ticks) noexcept;
+  // x as read in this tick, and the torque that was then applied; ticks: periods since the last.
+  void sample(double x, double torque, int ticks) noexcept;
+
+  IdentifyingProgress progress() const noexcept { return progress_; }
+  Misfit misfit() const noexcept { return misfit_; }                   // once it is over
+  const FreeMotionEstimate& found() const noexcept { return found_; }  // once it is over
+
+ private:
+  static constexpr double kInTheWay = 0.1;  // rad behind the motion to follow; free, it is 0.02
+
+  Sweeps sweeps_;
+  FreeMotion fit_;
+  AxisModel said_;
+  FreeMotionEstimate found_;
+  Misfit misfit_ = Misfit::kTooLittleMotion;
+  IdentifyingProgress progress_ = IdentifyingProgress::kUnderway;
+};
+
+}  // namespace farhand
