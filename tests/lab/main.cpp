@@ -16,6 +16,7 @@
 #include "tests/lab/explain_command.hpp"
 #include "tests/lab/extreme_command.hpp"
 #include "tests/lab/faults_command.hpp"
+#include "tests/lab/identify_command.hpp"
 #include "tests/lab/limits_command.hpp"
 #include "tests/lab/precision_command.hpp"
 #include "tests/lab/simulation.hpp"
@@ -232,6 +233,8 @@ int main(int argc, char** argv) {
   const Command extreme = add_extreme(lab, extreme_choice);
   FaultsChoice faults_choice;
   const Command faults = add_faults(lab, faults_choice);
+  IdentifyChoice identify_choice;
+  const Command identified = add_identify(lab, identify_choice);
 
   return program.run(argc, argv, [&] {
     if (explained.given()) return explain_scene(explanation);
@@ -246,6 +249,7 @@ int main(int argc, char** argv) {
     if (reported.given()) return report(directory);
     if (extreme.given()) return run_extreme(extreme_choice);
     if (faults.given()) return run_faults(faults_choice);
+    if (identified.given()) return run_identify(identify_choice);
     return recovered.given() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
   });
 }
