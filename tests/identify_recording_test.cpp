@@ -55,6 +55,10 @@ TEST(IdentifyRecording, ARecordingTellsTheSameOffline) {
   EXPECT_NEAR(scaled.torque_scale->value, 1.0, 0.01);
   const Identified known = identify_recording(file, "slave", {.own_kgm2 = 2e-3, .loaded = "", .added_kgm2 = 0});
   EXPECT_NEAR(known.torque_scale->value, 0.5, 0.005) << "half of the inertia: half of the torque constant";
+  std::ostringstream halved;
+  print_identified(known, halved);
+  EXPECT_NE(halved.str().find("J_n_kgm2: 0.002 "), std::string::npos) << halved.str();
+  EXPECT_NE(halved.str().find("K_tn_nm_per_a: 0.07"), std::string::npos) << halved.str();
   EXPECT_NE(refusal(heavier, "slave", {.own_kgm2 = {}, .loaded = file, .added_kgm2 = 2e-3}).find("no more inertia"),
             std::string::npos);
 }

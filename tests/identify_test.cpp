@@ -101,6 +101,17 @@ TEST(BlockedLeastSquares, AnswersAsOneSumWhereBlocksAreMergedAndIsHonestWhereErr
   EXPECT_LE(inside, kMost);
 }
 
+TEST(BlockedLeastSquares, WhatOneBlockAloneTellsIsNotTrusted) {
+  BlockedLeastSquares<2> rows;
+  for (int b = 0; b < 10; ++b) {
+    for (int i = 0; i < 20; ++i) rows.add({1.0, b == 0 ? 0.1 * i : 0.0}, 1.0 + 0.01 * (i % 3));
+    rows.close();
+  }
+  const auto s = rows.solve();
+  ASSERT_TRUE(s.determined);
+  EXPECT_FALSE(s.half_width[1] < 1e3);
+}
+
 // 37 s of motion each; J 0.6 to 1.6 times the scene's, all kinds of friction, encoder of 20000 counts with noise.
 void cover(double noise_counts) {
   Coverage J, viscous, coulomb, P, Q;

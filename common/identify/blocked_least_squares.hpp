@@ -78,8 +78,8 @@ class BlockedLeastSquares {
     for (int i = 0; i < P; ++i) {
       // Blocks that say little of a parameter are no degrees of freedom of its scatter (Satterthwaite; of a normal
       // distribution the fourth power is three times the square of the variance).
-      const double freedom = fourth[i] > 0.0 ? 3.0 * square[i] * square[i] / fourth[i] : 1.0;
-      const int n = std::clamp(static_cast<int>(freedom), 1, s.blocks - 1);
+      const double freedom = 3.0 * square[i] * square[i] / fourth[i];
+      const int n = std::isfinite(freedom) ? std::clamp(static_cast<int>(freedom), 1, s.blocks - 1) : 1;
       s.half_width[i] = student_975(n) * std::sqrt(square[i] * (s.blocks - 1.0) / s.blocks);
     }
     return s;

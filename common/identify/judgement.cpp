@@ -49,7 +49,7 @@ const char* name_of(Misfit misfit) noexcept {
       "it is as the scene says",
       "it moved too little, or too much alike, to tell its parameters apart",
       "the intervals are too wide: it needs to be moved for longer",
-      "the torque that is left is not noise: backlash, another friction, or something that touches it now and then",
+      "what is left of the torque is no noise: a hand, backlash, another friction, or something touched now and then",
       "a spring, weight or constant torque that the scene does not know acts on it: a hand in the device?",
       "its inertia is not within half and twice the scene's",
       "its viscous friction is not what the scene says",

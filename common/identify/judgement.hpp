@@ -1,25 +1,12 @@
 // Is what was identified the axis that the scene describes, or one that this model does not describe at all?
 #pragma once
 
-#include <cstdint>
-
 #include "common/identify/free_motion.hpp"
+#include "common/identify/misfit.hpp"
 #include "common/identify/spring.hpp"
 #include "common/observer/axis_model.hpp"
 
 namespace farhand {
-
-enum class Misfit : std::uint8_t {
-  kNone,
-  kTooLittleMotion,
-  kUncertain,
-  kAnotherPlant,
-  kHeld,
-  kInertia,
-  kViscous,
-  kCoulomb,
-  kSpring
-};
 
 // What is plausible. A factor of 2 is what a mistaken unit, gear or torque constant exceeds; J_n may be up to 1.3 times
 // J before the loop shakes (observer/axis_model.hpp), and a scene that is off by less than 2 is to be mended, not
@@ -43,9 +30,6 @@ struct Plausible {
 Misfit misfit(const FreeMotionEstimate& found, const AxisModel& said, const Plausible& plausible = {}) noexcept;
 // said: N m/rad.
 Misfit misfit(const SpringEstimate& found, double said, const Plausible& plausible = {}) noexcept;
-
-// What is wrong, as a clause.
-const char* name_of(Misfit misfit) noexcept;
 
 // Where a known inertia stands behind what was identified, the motor gives this many times the torque that the nominal
 // K_tn says: K_tn times this is its true constant, and J, D, F_c times this are the true ones.

@@ -72,7 +72,7 @@ void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noex
   }
   if (act != OperatorAct::kNone && !stopping_ && !pressed_) note(time.deadline_ns, "operator", name_of(act));
   if (time.index == 0 || trace.state != noted_) note(time.deadline_ns, name_of(trace.state), name_of(trace.reason));
-  if (trace.state != noted_ && trace.misfit != Misfit::kNone)
+  if (trace.state != noted_ && trace.reason == Reason::kAnotherAxis)
     ports_.recorder->note(time.deadline_ns, name_of(trace.misfit));
   noted_ = trace.state;
   const std::string_view shaking = shaking_note_.step(t_s, trace);
@@ -140,7 +140,8 @@ int exit_code(const RunStats& stats, const Side& side, const PeerLink& link) {
   }
   if (side.trace().state == StationState::kFault) {
     std::fprintf(stderr, "ended in a fault: %s\n", name_of(side.trace().reason));
-    if (side.trace().misfit != Misfit::kNone) std::fprintf(stderr, "identified: %s\n", name_of(side.trace().misfit));
+    if (side.trace().reason == Reason::kAnotherAxis)
+      std::fprintf(stderr, "identified: %s\n", name_of(side.trace().misfit));
     return kExitFailed;
   }
   if (stats.cause == StopCause::kSignal) return kExitStopped;

@@ -3,16 +3,10 @@
 #pragma once
 
 #include "common/identify/judgement.hpp"
-#include "common/identify/sweeps.hpp"
 #include "common/scene/engagement.hpp"
+#include "common/scene/identifying_params.hpp"
 
 namespace farhand {
-
-struct IdentifyingParams {
-  SweepsParams sweeps;
-  double torque = 0.5;             // N m, at most
-  double resolution = 3.14159e-4;  // rad, a count of the encoder
-};
 
 // 40 kB: belongs to whoever makes the station, where the scene asks for it.
 class Identifying {

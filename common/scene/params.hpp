@@ -9,7 +9,7 @@
 #include "common/observer/plausibility.hpp"
 #include "common/scene/engagement.hpp"
 #include "common/scene/homing.hpp"
-#include "common/scene/identifying.hpp"
+#include "common/scene/identifying_params.hpp"
 
 namespace farhand {
 

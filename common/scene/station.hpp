@@ -14,6 +14,7 @@
 #include "common/scene/engagement.hpp"
 #include "common/scene/four_channel.hpp"
 #include "common/scene/passive_scenes.hpp"
+#include "common/scene/identifying.hpp"
 #include "common/scene/patient_guard.hpp"
 #include "common/scene/tick_trace.hpp"
 #include "common/scene/torque_scenes.hpp"

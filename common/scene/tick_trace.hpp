@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "common/identify/judgement.hpp"
+#include "common/identify/misfit.hpp"
 #include "common/scene/states.hpp"
 
 namespace farhand {

@@ -145,8 +145,14 @@ Estimate angle_of_weight(const FreeMotionEstimate& e) {
           std::hypot(e.Q.value * e.P.half_width, e.P.value * e.Q.half_width) / square};
 }
 
+// With another torque constant all of it is as much more; how sure that constant is shows with it.
+FreeMotionEstimate scaled(FreeMotionEstimate e, double scale) {
+  for (Estimate* one : {&e.J, &e.viscous, &e.coulomb, &e.P, &e.Q}) *one = {scale * one->value, scale * one->half_width};
+  return e;
+}
+
 std::vector<Line> lines_of(const Identified& found) {
-  const FreeMotionEstimate& e = found.axis;
+  const FreeMotionEstimate e = scaled(found.axis, found.torque_scale ? found.torque_scale->value : 1.0);
   std::vector<Line> lines;
   if (e.determined) {
     lines = {{"J_n_kgm2", "inertia", "kg m2", e.J},
@@ -228,6 +234,9 @@ void print_identified(const Identified& found, std::ostream& out) {
   if (found.axis.determined)
     out << "  left of " << found.axis.torque << " N m RMS: " << found.axis.residual << ", of which rounding explains "
         << found.axis.expected << '\n';
+  if (found.axis.determined && !found.spring && !found.torque_scale)
+    out << "  all of it by K_tn_nm_per_a = " << found.said.K_tn
+        << ", with which it scales; --inertia, or --loaded with --added, tells K_tn\n";
   const bool axis = found.axis_misfit == Misfit::kNone;
   const bool spring = found.spring && found.spring_misfit == Misfit::kNone;
   if (!axis) out << "refused, the axis: " << farhand::name_of(found.axis_misfit) << '\n';

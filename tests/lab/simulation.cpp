@@ -149,7 +149,8 @@ class Keeper final : public Witness {
     if (rows.empty() || rows.back().state != row.state) {
       session.events.push_back(
           {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + name_of(side.trace().reason)});
-      if (side.trace().misfit != Misfit::kNone) session.events.push_back({t_s, who, name_of(side.trace().misfit)});
+      if (side.trace().reason == Reason::kAnotherAxis)
+        session.events.push_back({t_s, who, name_of(side.trace().misfit)});
     }
     const std::string_view shaking = master ? std::string_view() : shaking_note_.step(t_s, side.trace());
     if (!shaking.empty()) session.events.push_back({t_s, who, std::string(shaking)});
