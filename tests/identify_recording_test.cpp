@@ -1,4 +1,6 @@
 // An axis identified from a recording.
+#include <gtest/gtest.h>
+
 #include <cstdio>
 #include <fstream>
 #include <sstream>

@@ -1,4 +1,6 @@
 // The axis identified by its own station, in virtual time.
+#include <gtest/gtest.h>
+
 #include <cstdio>
 #include <string>
 

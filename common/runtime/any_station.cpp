@@ -11,10 +11,9 @@ template <class Io, class S>
 class StationOf final : public AnyStation<Io> {
  public:
   explicit StationOf(const StationParams& params)
-      : identifying_(
-            params.engagement.identification
-                ? std::make_unique<Identifying>(params.identifying, params.scene.drive.model, params.scene.drive.dt_s)
-                : nullptr),
+      : identifying_(params.engagement.identification
+                         ? std::make_unique<Identifying>(params.identifying, params.scene.drive)
+                         : nullptr),
         station_(params, identifying_.get()) {}
 
   Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return station_.receive(packet, now); }

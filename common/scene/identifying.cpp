@@ -14,11 +14,10 @@ Motion<1> Identifying::step(const Motion<1>& local, int ticks) noexcept {
   Motion<1> to = sweeps_.step(ticks);
   to.f = -local.f;
   if (progress_ != IdentifyingProgress::kUnderway) return to;
-  if (std::abs(to.x[0] - local.x[0]) > kInTheWay) {
+  if (std::abs(to.x[0] - local.x[0]) > lag_) {
     progress_ = IdentifyingProgress::kBlocked;
   } else if (sweeps_.done()) {
-    found_ = fit_.estimate();
-    misfit_ = farhand::misfit(found_, said_);
+    misfit_ = farhand::misfit(fit_.estimate(), said_);
     progress_ = misfit_ == Misfit::kNone ? IdentifyingProgress::kAsSaid : IdentifyingProgress::kAnother;
   }
   return to;

@@ -3,16 +3,18 @@
 #pragma once
 
 #include "common/identify/judgement.hpp"
-#include "common/scene/engagement.hpp"
-#include "common/scene/identifying_params.hpp"
+#include "common/scene/params.hpp"
 
 namespace farhand {
 
 // 40 kB: belongs to whoever makes the station, where the scene asks for it.
 class Identifying {
  public:
-  Identifying(const IdentifyingParams& params, const AxisModel& said, double dt_s) noexcept
-      : sweeps_(params.sweeps, dt_s), fit_({.dt_s = dt_s, .resolution = params.resolution}), said_(said) {}
+  Identifying(const IdentifyingParams& params, const DriveParams& drive) noexcept
+      : sweeps_(params.sweeps, drive.dt_s),
+        fit_({.dt_s = drive.dt_s, .resolution = params.resolution}),
+        said_(drive.model),
+        lag_(kInTheWay + params.sweeps.acceleration / drive.K.K_p) {}
 
   void begin(double x) noexcept;
 
@@ -22,16 +24,16 @@ class Identifying {
   void sample(double x, double torque, int ticks) noexcept;
 
   IdentifyingProgress progress() const noexcept { return progress_; }
-  Misfit misfit() const noexcept { return misfit_; }                   // once it is over
-  const FreeMotionEstimate& found() const noexcept { return found_; }  // once it is over
+  Misfit misfit() const noexcept { return misfit_; }  // once it is over
 
  private:
-  static constexpr double kInTheWay = 0.1;  // rad behind the motion to follow; free, it is 0.02
+  // Behind the motion to follow, rad, besides the a/K_p by which a law without acceleration forward lags.
+  static constexpr double kInTheWay = 0.1;
 
   Sweeps sweeps_;
   FreeMotion fit_;
   AxisModel said_;
-  FreeMotionEstimate found_;
+  double lag_;
   Misfit misfit_ = Misfit::kTooLittleMotion;
   IdentifyingProgress progress_ = IdentifyingProgress::kUnderway;
 };

@@ -64,9 +64,7 @@ struct Side {
   }
   void restart(std::uint32_t session) {
     own.session = session;
-    const DriveParams& drive = own.scene.drive;
-    if (own.engagement.identification)
-      identifying = std::make_unique<Identifying>(own.identifying, drive.model, drive.dt_s);
+    if (own.engagement.identification) identifying = std::make_unique<Identifying>(own.identifying, own.scene.drive);
     station.reset(new Station<Scene>(own, identifying.get()));
   }
 
