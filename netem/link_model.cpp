@@ -31,6 +31,8 @@ LinkModel::LinkModel(const LinkModelParams& params, std::uint64_t seed, LinkDire
       certain_(params.loss == 0 && (params.jitter_s == 0 || params.distribution == DelayDistribution::kConstant)) {
   check(params.delay_s >= 0 && params.delay_s <= 3600, "delay_s must be in [0, 3600] s");
   check(params.jitter_s >= 0 && params.jitter_s <= 3600, "jitter_s must be in [0, 3600] s");
+  check(!params.detour_delay_s || (*params.detour_delay_s >= 0 && *params.detour_delay_s <= 3600),
+        "detour_delay_s must be in [0, 3600] s");
   check(params.loss >= 0 && params.loss <= 1, "loss must be in [0, 1]");
   // Hashed before the direction is mixed in: forward of one seed must not be backward of another.
   std::uint64_t x = split_mix(seed) + (direction == LinkDirection::kForward ? 0 : 0xD1B54A32D192ED03u);
@@ -52,9 +54,17 @@ double LinkModel::unit() noexcept {
   return (static_cast<double>(bits >> 12) + 0.5) * 0x1p-52;
 }
 
+double LinkModel::delay_s(Nanoseconds now) const noexcept {
+  if (!params_.detour_delay_s) return params_.delay_s;
+  const double t = to_seconds(now), ramp = std::max(params_.detour_ramp_s, 1e-9);
+  const double there = std::clamp((t - params_.detour_from_s) / ramp, 0.0, 1.0),
+               back = std::clamp((t - params_.detour_until_s) / ramp, 0.0, 1.0);
+  return params_.delay_s + (there - back) * (*params_.detour_delay_s - params_.delay_s);
+}
+
 LinkModel::Fate LinkModel::offer(Nanoseconds now) noexcept {
   const bool cut = now >= cut_from_ && now < cut_until_;
-  if (certain_) return {.lost = cut, .delay = delay_};
+  if (certain_) return {.lost = cut, .delay = params_.detour_delay_s ? from_seconds(delay_s(now)) : delay_};
   const double for_loss = unit(), a = unit(), b = unit();
   double deviation = 0.0;
   if (params_.distribution == DelayDistribution::kUniform) deviation = 2.0 * a - 1.0;
@@ -62,7 +72,7 @@ LinkModel::Fate LinkModel::offer(Nanoseconds now) noexcept {
     deviation = std::sqrt(-2.0 * std::log(a)) * std::cos(2.0 * std::numbers::pi * b);  // Box & Muller 1958
   }
   return {.lost = cut || for_loss < params_.loss,
-          .delay = from_seconds(std::max(0.0, params_.delay_s + params_.jitter_s * deviation))};
+          .delay = from_seconds(std::max(0.0, delay_s(now) + params_.jitter_s * deviation))};
 }
 
 }  // namespace farhand

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "common/signal/joints.hpp"
 
@@ -21,6 +22,10 @@ struct LinkModelParams {
   double loss = 0.0;        // probability
   double cut_from_s = 1e9;  // everything sent in [from, until) is lost
   double cut_until_s = 1e9;
+  std::optional<double> detour_delay_s = std::nullopt;  // to which delay_s goes, within detour_ramp_s, and back
+  double detour_from_s = 1e9;
+  double detour_until_s = 1e9;
+  double detour_ramp_s = 2.0;
 };
 
 enum class LinkDirection : std::uint8_t { kForward, kBackward };
@@ -41,6 +46,7 @@ class LinkModel {
 
  private:
   double unit() noexcept;
+  double delay_s(Nanoseconds now) const noexcept;  // without jitter
 
   LinkModelParams params_;
   Nanoseconds delay_;

@@ -1,6 +1,8 @@
 // One direction of the scene's network as the link model takes it; for the program and for the simulator alike.
 #pragma once
 
+#include <algorithm>
+
 #include "netem/link_model.hpp"
 #include "proto/scene.pb.h"
 
@@ -16,13 +18,18 @@ inline LinkModelParams link_params(const scene::Path& path) {
   params.loss = path.loss();
   params.cut_from_s = path.cut_from_s();
   params.cut_until_s = path.cut_until_s();
+  if (path.has_detour_delay_s()) params.detour_delay_s = path.detour_delay_s();
+  params.detour_from_s = path.detour_from_s();
+  params.detour_until_s = path.detour_until_s();
+  params.detour_ramp_s = path.detour_ramp_s();
   return params;
 }
 
 // Room for every datagram that this direction can hold on its way, one a tick; a normal delay beyond ten deviations is
 // not to be met.
 inline std::size_t datagrams_on_way(const scene::Path& path, double tick_s) {
-  return static_cast<std::size_t>((path.delay_s() + 10.0 * path.jitter_s()) / tick_s) + 16;
+  const double longest = std::max(path.delay_s(), path.has_detour_delay_s() ? path.detour_delay_s() : 0.0);
+  return static_cast<std::size_t>((longest + 10.0 * path.jitter_s()) / tick_s) + 16;
 }
 
 }  // namespace farhand

@@ -93,6 +93,7 @@ class ClockDrift {
         {"force_error_peak_nm", kTorqueOfACount},
         {"force_error_rms_nm", kGrip * kCount},
         {"force_error_delayed_rms_nm", kGrip * kCount},
+        {"force_error_of_motion_rms_nm", kGrip * kCount},
         {"drag_nms_per_rad", kDrag},
         // The same drag over all the swings.
         {"energy_min_master_j", kDrag * 0.5 * kSwing * kSwing * duration_s_},

@@ -136,7 +136,7 @@ TEST(Load, SaysWhatIsMissing) {
   EXPECT_EQ(complaint(""),
             "FILE: architecture is missing and has no default; give one of FOUR_CHANNEL, FOUR_CHANNEL_CDOB, "
             "FOUR_CHANNEL_CDOB_SDCV, MODEL_MEDIATED, TWO_CHANNEL, WAVE, "
-            "FOUR_CHANNEL_TANK, TWO_CHANNEL_PO_PC (which control architecture runs)\n"
+            "FOUR_CHANNEL_TANK, AUTOMATIC, TWO_CHANNEL_PO_PC (which control architecture runs)\n"
             "FILE: duration_s is missing and has no default; give a value from 0.1 to 1e6 s (length of the run)");
 }
 
@@ -149,7 +149,7 @@ TEST(Load, SaysWhichFieldWasMeant) {
   EXPECT_EQ(complaint("architecture: FIVE_CHANNEL\nduration_s: 10\n"),
             "FILE:1:15: architecture cannot be 'FIVE_CHANNEL'; give one of FOUR_CHANNEL, FOUR_CHANNEL_CDOB, "
             "FOUR_CHANNEL_CDOB_SDCV, MODEL_MEDIATED, TWO_CHANNEL, WAVE, "
-            "FOUR_CHANNEL_TANK, TWO_CHANNEL_PO_PC");
+            "FOUR_CHANNEL_TANK, AUTOMATIC, TWO_CHANNEL_PO_PC");
 }
 
 TEST(Load, SaysWhatIsOutOfRange) {
@@ -206,7 +206,7 @@ TEST(Load, RefusesWhatIsNotASceneFile) {
   EXPECT_EQ(complaint(std::string(1u << 20, '#')),
             "FILE: architecture is missing and has no default; give one of FOUR_CHANNEL, FOUR_CHANNEL_CDOB, "
             "FOUR_CHANNEL_CDOB_SDCV, MODEL_MEDIATED, TWO_CHANNEL, WAVE, "
-            "FOUR_CHANNEL_TANK, TWO_CHANNEL_PO_PC (which control architecture runs)\n"
+            "FOUR_CHANNEL_TANK, AUTOMATIC, TWO_CHANNEL_PO_PC (which control architecture runs)\n"
             "FILE: duration_s is missing and has no default; give a value from 0.1 to 1e6 s (length of the run)");
   EXPECT_EQ(complaint(kBase + "control {"), "FILE:3:10: Expected identifier, got: the end");
   EXPECT_EQ(complaint(kBase + "duration_s"), "FILE:3:1: duration_s is given twice");
@@ -331,7 +331,7 @@ TEST(Set, SaysWhichArgumentIsWrong) {
   EXPECT_EQ(complaint(kBase, {"architecture=FIVE"}),
             "--set architecture=FIVE: architecture cannot be 'FIVE'; give one of FOUR_CHANNEL, FOUR_CHANNEL_CDOB, "
             "FOUR_CHANNEL_CDOB_SDCV, MODEL_MEDIATED, TWO_CHANNEL, WAVE, "
-            "FOUR_CHANNEL_TANK, TWO_CHANNEL_PO_PC");
+            "FOUR_CHANNEL_TANK, AUTOMATIC, TWO_CHANNEL_PO_PC");
   EXPECT_EQ(complaint(kBase, {"duration_s.x=1"}), "--set duration_s.x=1: duration_s has no fields of its own");
   EXPECT_EQ(complaint(kBase, {"duration_s[0]=1"}), "--set duration_s[0]=1: duration_s is not a list");
   EXPECT_EQ(complaint(kBase, {"operator_acts[1].at_s=1"}),

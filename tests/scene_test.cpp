@@ -71,7 +71,7 @@ class RealTime : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(, RealTime,
                          testing::Values("four_channel", "four_channel_cdob", "four_channel_cdob_sdcv",
                                          "four_channel_mediated", "two_channel", "wave", "four_channel_tank",
-                                         "two_channel_po_pc", "sea_four_channel_cdob_sdcv",
+                                         "auto_detour", "two_channel_po_pc", "sea_four_channel_cdob_sdcv",
                                          "sea_four_channel_mediated"),
                          [](const auto& scene) { return std::string(scene.param); });
 

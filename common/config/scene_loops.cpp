@@ -53,7 +53,8 @@ bool is_elastic(const scene::Scene& scene) { return scene.slave().device() == sc
 bool has_cdob(const scene::Scene& scene) {
   return scene.architecture() == scene::FOUR_CHANNEL_CDOB || scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV;
 }
-bool is_mediated(const scene::Scene& scene) { return scene.architecture() == scene::MODEL_MEDIATED; }
+bool chooses(const scene::Scene& scene) { return scene.architecture() == scene::AUTOMATIC; }
+bool is_mediated(const scene::Scene& scene) { return scene.architecture() == scene::MODEL_MEDIATED || chooses(scene); }
 bool has_sdcv(const scene::Scene& scene) { return scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV; }
 bool is_two_channel(const scene::Scene& scene) { return scene.architecture() == scene::TWO_CHANNEL; }
 bool is_wave(const scene::Scene& scene) { return scene.architecture() == scene::WAVE; }

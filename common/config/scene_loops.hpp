@@ -35,7 +35,8 @@ OrthosisLoop orthosis_loop(const scene::Scene& scene, const Contact& contact);
 
 bool is_elastic(const scene::Scene& scene);
 bool has_cdob(const scene::Scene& scene);
-bool is_mediated(const scene::Scene& scene);
+bool chooses(const scene::Scene& scene);      // AUTOMATIC
+bool is_mediated(const scene::Scene& scene);  // or may become so
 bool has_sdcv(const scene::Scene& scene);
 bool is_two_channel(const scene::Scene& scene);
 bool is_wave(const scene::Scene& scene);

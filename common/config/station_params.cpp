@@ -48,6 +48,8 @@ Architecture architecture_of(scene::Architecture architecture, Role role) {
       return master ? Architecture::kTwoChannelMaster : Architecture::kTwoChannelSlave;
     case scene::WAVE:
       return master ? Architecture::kWaveMaster : Architecture::kWaveSlave;
+    case scene::AUTOMATIC:
+      return master ? Architecture::kAuto : Architecture::kFourChannel;
     case scene::FOUR_CHANNEL_TANK:
       return Architecture::kTank;
     case scene::TWO_CHANNEL_PO_PC:

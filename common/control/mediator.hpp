@@ -70,7 +70,8 @@ class ContactModel {
     return std::max(0.0, k_ * (x_p - x_0_) + critical_ * std::sqrt(k_) * v_fast);
   }
 
-  double k() const noexcept { return k_; }  // N m/rad
+  double k() const noexcept { return k_; }                                                // N m/rad
+  void settle(double g, double dt_s) noexcept { settle_ = g * dt_s / (1.0 + g * dt_s); }  // rad/s, of x_0 from now on
 
  private:
   static constexpr double kTouch = 0.05, kRelease = 0.02;    // N m: of the noise of 0.024 kLearn leaves 0.0012
@@ -144,6 +145,13 @@ class Mediator {
         rising_(make(K.K_f, dt_s)),
         falling_(make(K.K_f, dt_s)),
         v_slow_(Cutoff::rad_s(kOnPurpose), dt_s) {}
+
+  // rad/s: how fast x_0 follows from now on.
+  void settle(double g) noexcept {
+    for (Contacts* side : {&rising_, &falling_}) {
+      for (ContactModel& contact : *side) contact.settle(g, dt_s_);
+    }
+  }
 
   // The model starts where the slave was last heard of. What was learnt stays.
   void reset(const Motion<N>& received) noexcept {

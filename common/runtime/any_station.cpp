@@ -52,6 +52,8 @@ std::unique_ptr<AnyStation<Io>> make_station(const StationParams& params) {
       return std::make_unique<StationOf<Io, WaveMaster<Drive>>>(params);
     case Architecture::kWaveSlave:
       return std::make_unique<StationOf<Io, WaveSlave<Drive>>>(params);
+    case Architecture::kAuto:
+      return std::make_unique<StationOf<Io, FourChannelAuto<Drive>>>(params);
     case Architecture::kTank:
       return std::make_unique<StationOf<Io, FourChannelTank<Drive>>>(params);
     case Architecture::kPassiveMaster:

@@ -77,6 +77,8 @@ void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noex
   noted_ = trace.state;
   const std::string_view shaking = shaking_note_.step(t_s, trace);
   if (!shaking.empty()) ports_.recorder->note(time.deadline_ns, shaking);
+  const std::string_view choice = choice_note_.step(trace);
+  if (!choice.empty()) ports_.recorder->note(time.deadline_ns, choice);
 }
 
 void StationLoop::note(Nanoseconds t, const char* what, const char* why) noexcept {

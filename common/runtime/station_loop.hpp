@@ -16,6 +16,7 @@
 #include "common/runtime/run_loop.hpp"
 #include "common/runtime/side.hpp"
 #include "common/runtime/stop_input.hpp"
+#include "common/scene/choice_note.hpp"
 #include "common/scene/shaking_note.hpp"
 
 namespace farhand {
@@ -59,6 +60,7 @@ class StationLoop {
   bool pressed_ = false, was_pressed_ = false;  // the patient's stop, in this tick and in the one before
   int stopping_ticks_ = 0;
   ShakingNote shaking_note_;
+  ChoiceNote choice_note_;
   StationState noted_ = StationState::kOff;
 };
 

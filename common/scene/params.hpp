@@ -51,6 +51,7 @@ enum class Architecture : std::uint8_t {
   kTwoChannelSlave,
   kWaveMaster,
   kWaveSlave,
+  kAuto,
   kTank,
   kPassiveMaster,
   kPassiveSlave,

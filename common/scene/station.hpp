@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "common/link/receiver.hpp"
+#include "common/scene/auto_scene.hpp"
 #include "common/scene/blend.hpp"
 #include "common/scene/engagement.hpp"
 #include "common/scene/four_channel.hpp"
@@ -28,6 +29,7 @@ class Station {
   using Drive = typename S::Drive;
   static constexpr int N = S::N;
   static constexpr bool kKeepsAccount = requires(const S& scene) { scene.energy_sent(); };
+  static constexpr bool kChooses = requires(const S& scene) { scene.chosen(); };
 
   struct Output {
     typename Drive::Command command;
@@ -86,6 +88,24 @@ class Station {
     gate.range_min = -std::numeric_limits<double>::infinity();
     gate.range_max = std::numeric_limits<double>::infinity();
     return gate;
+  }
+
+  // For scenes that choose by it.
+  void measure_network(int ticks) noexcept {
+    if constexpr (kChooses) {
+      const ReceiverCounters& counters = receiver_.counters();
+      const double missed = static_cast<double>(counters.lost + counters.late - missed_),
+                   taken = static_cast<double>(counters.received - taken_);
+      missed_ = counters.lost + counters.late;
+      taken_ = counters.received;
+      const double share = std::min(1.0, dt_s_ * ticks);  // over a second
+      missing_ += share * (missed / (dt_s_ * ticks) - missing_);
+      coming_ += share * (taken / (dt_s_ * ticks) - coming_);
+      scene_.network({.round_trip = to_seconds(trace_.rtt > 0 ? trace_.rtt + 2 * trace_.playout_depth : 0),
+                      .loss = missing_ > 0.0 ? missing_ / (missing_ + coming_) : 0.0},
+                     ticks);
+      trace_.chosen = scene_.chosen();
+    }
   }
 
   // Of the energy that went through the port since the last tick, for scenes that keep account of it.
@@ -260,6 +280,8 @@ class Station {
   bool was_usable_ = false;
   int gap_ = 0;  // ticks in which a gap of the network still counts
   bool changed_ = false;
+  std::uint64_t missed_ = 0, taken_ = 0;  // packets, when the network was measured last
+  double missing_ = 0.0, coming_ = 0.0;   // 1/s
   bool scaled_;
 };
 
@@ -285,6 +307,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   trace_.rtt = receiver_.rtt().value_or(0);
 
   if constexpr (kKeepsAccount) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
+  if constexpr (kChooses) measure_network(ticks);
   if (guard_) guard(sensed, continues, act, ticks);
   decide(now, sensed, act, played.any);
   const Motion<N> source = choose({ticks, played.held});
@@ -331,6 +354,8 @@ extern template class Station<FourChannelCdobSdcv<DirectDrive<1>>>;
 extern template class Station<FourChannelCdobSdcv<ReferenceDrive<1>>>;
 extern template class Station<FourChannelMediated<DirectDrive<1>>>;
 extern template class Station<FourChannelMediated<ReferenceDrive<1>>>;
+extern template class Station<FourChannelAuto<DirectDrive<1>>>;
+extern template class Station<FourChannelAuto<ReferenceDrive<1>>>;
 extern template class Station<FourChannelTank<DirectDrive<1>>>;
 extern template class Station<FourChannelTank<ReferenceDrive<1>>>;
 extern template class Station<PassiveMaster<DirectDrive<1>>>;

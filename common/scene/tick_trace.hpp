@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "common/control/chooser.hpp"
 #include "common/identify/misfit.hpp"
 #include "common/scene/states.hpp"
 
@@ -28,6 +29,7 @@ struct TickTrace {
   Compensation compensation;
   double energy = std::numeric_limits<double>::quiet_NaN();    // J, in the tank or over what a port owes; NaN without
   double friction = std::numeric_limits<double>::quiet_NaN();  // N m, named of the peer's device; NaN without
+  Chosen chosen;                                               // by AUTO
   double effort = 0.0;  // torque applied, or torque reference handed to the device, N m
   Nanoseconds playout_depth = 0;
   Nanoseconds rtt = 0;

@@ -228,6 +228,13 @@ class Builder {
       } else {
         lacks(place, BlockId::kWave, "wave", architecture);
       }
+      if (place == Place::kMaster && chooses(s_)) {
+        has(place, BlockId::kChooser, "chooser",
+            "plain four channels up to a round trip of 4 ms and 2 % loss, else the mediator, as measured");
+      } else {
+        lacks(place, BlockId::kChooser, "chooser",
+              chooses(s_) ? std::string("stands on the therapist's side only") : architecture);
+      }
       if (f_.tanks) {
         has(place, BlockId::kTank, "energy tank",
             say("gives no more than it holds; ", c.tank_level_j(), " J lent, ",

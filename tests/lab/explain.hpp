@@ -23,6 +23,7 @@ enum class BlockId : std::uint8_t {
   kMediator,
   kTwoChannel,
   kWave,
+  kChooser,
   kTank,
   kPassivity,
   kScale,

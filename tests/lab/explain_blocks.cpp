@@ -1,6 +1,7 @@
 #include "tests/lab/explain_blocks.hpp"
 
 #include "common/control/cdob.hpp"
+#include "common/control/chooser.hpp"
 #include "common/control/four_channel.hpp"
 #include "common/control/limits.hpp"
 #include "common/control/mediator.hpp"
@@ -109,6 +110,13 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
       return each_tick(in, [&](std::size_t k) {
         wave.step(local(in, k), received.step(remote(in, k).f, 1, false), remote(in, k).x, 1);
         keep(wave.sent());
+      });
+    }
+    case BlockId::kChooser: {
+      Chooser chooser(d.dt_s);
+      return each_tick(in, [&](std::size_t k) {
+        chooser.step({.round_trip = in.rows[k].rtt_s, .loss = 0.0}, 1);
+        keep(chooser.share());
       });
     }
     case BlockId::kTank: {

@@ -2,6 +2,7 @@
 
 #include "common/config/station_params.hpp"
 #include "common/control/cdob.hpp"
+#include "common/control/chooser.hpp"
 #include "common/control/energy_tank.hpp"
 #include "common/control/limits.hpp"
 #include "common/control/mediator.hpp"
@@ -51,6 +52,8 @@ std::size_t size_of(const Block& block) {
       return sizeof(TwoChannelParams);
     case BlockId::kWave:
       return (block.place == Place::kMaster ? sizeof(MasterWave<1>) : sizeof(SlaveWave<1>)) + sizeof(ReceivedWave<1>);
+    case BlockId::kChooser:
+      return sizeof(Chooser);
     case BlockId::kTank:
       return sizeof(EnergyTank);
     case BlockId::kPassivity:

@@ -8,6 +8,7 @@
 #include "common/config/operator_timeline.hpp"
 #include "common/link/codec.hpp"
 #include "common/record/sample.hpp"
+#include "common/scene/choice_note.hpp"
 #include "common/scene/shaking_note.hpp"
 #include "netem/link_params.hpp"
 #include "netem/pending.hpp"
@@ -154,6 +155,8 @@ class Keeper final : public Witness {
     }
     const std::string_view shaking = master ? std::string_view() : shaking_note_.step(t_s, side.trace());
     if (!shaking.empty()) session.events.push_back({t_s, who, std::string(shaking)});
+    const std::string_view choice = master ? choice_note_.step(side.trace()) : std::string_view();
+    if (!choice.empty()) session.events.push_back({t_s, who, std::string(choice)});
     rows.push_back(row);
     if (progress_ && t_s >= next_report_s_) {
       progress_(t_s);
@@ -167,6 +170,7 @@ class Keeper final : public Witness {
  private:
   const std::function<void(double)>& progress_;
   ShakingNote shaking_note_;  // of the patient's hand
+  ChoiceNote choice_note_;    // of the therapist's station
   double next_report_s_ = 0;
 };
 
