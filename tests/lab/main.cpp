@@ -12,6 +12,7 @@
 #include "common/record/report.hpp"
 #include "common/record/summary.hpp"
 #include "common/runtime/program.hpp"
+#include "tests/lab/compare_command.hpp"
 #include "tests/lab/endure_command.hpp"
 #include "tests/lab/explain_command.hpp"
 #include "tests/lab/extreme_command.hpp"
@@ -209,6 +210,8 @@ int main(int argc, char** argv) {
   Command reported = lab.subcommand("report", "merge the recordings of a session's processes and report");
   reported.text("DIR", directory, "directory with master.mcap, slave.mcap, netem.mcap, mcu.mcap", Needed::kYes);
 
+  CompareChoice compare_choice;
+  const Command compared = add_compare(lab, compare_choice);
   PrecisionChoice precision_choice;
   const Command precision = add_precision(lab, precision_choice);
   SweepChoice sweep_choice;
@@ -247,6 +250,7 @@ int main(int argc, char** argv) {
     if (swept.given()) return run_sweep(sweep_choice);
     if (made.given()) return make_directory(choice);
     if (reported.given()) return report(directory);
+    if (compared.given()) return run_compare(compare_choice);
     if (extreme.given()) return run_extreme(extreme_choice);
     if (faults.given()) return run_faults(faults_choice);
     if (identified.given()) return run_identify(identify_choice);
