@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "common/config/load.hpp"
+
 namespace farhand {
 
 const char* role_of(Program program) {
@@ -31,8 +33,11 @@ std::vector<std::string> slave_environment(const std::vector<std::string>& more_
 }
 
 SessionProcesses::SessionProcesses(const std::filesystem::path& directory, const SessionOptions& options)
-    : directory_(directory), options_(options) {
-  for (const Program program : kPrograms) start(program);
+    : directory_(directory),
+      options_(options),
+      has_mcu_(load_scene(options.scene, options.sets).scene.slave().device() == scene::SERIES_ELASTIC) {
+  for (const Program program : kPrograms)
+    if (program != Program::kMcu || has_mcu_) start(program);
 }
 
 std::filesystem::path SessionProcesses::recording(Program program) const {
@@ -48,7 +53,8 @@ std::vector<std::string> SessionProcesses::command(Program program) const {
   if (program == Program::kMcu) add({"--link", line});
   if (program == Program::kMaster) add({"--listen", master_address_, "--quiet"});
   if (program == Program::kNetem) add({"--listen", netem_address_, "--forward", master_address_});
-  if (program == Program::kSlave) add({"--peer", netem_address_, "--serial", line, "--quiet"});
+  if (program == Program::kSlave) add({"--peer", netem_address_, "--quiet"});
+  if (program == Program::kSlave && has_mcu_) add({"--serial", line});
   if (program == Program::kMaster || program == Program::kSlave) {
     add(options_.key.empty() ? std::vector<std::string>{"--insecure"}
                              : std::vector<std::string>{"--key", options_.key});
@@ -87,7 +93,7 @@ void SessionProcesses::start(Program program) {
   child = std::make_unique<ChildProcess>(command(program), environment);
   if (program == Program::kSlave) {
     // It listens nowhere; it is up once it holds its serial line, which somebody may pull out from then on.
-    comes_true([&] { return !child->running() || holds_a_terminal(child->pid()); });
+    if (has_mcu_) comes_true([&] { return !child->running() || holds_a_terminal(child->pid()); });
     return;
   }
   const std::string line = child->read_line();
@@ -120,6 +126,7 @@ Recorded SessionProcesses::recorded(Program program) const {
 std::array<int, 4> SessionProcesses::stop() {
   std::array<int, 4> codes{};
   for (const Program program : {Program::kMaster, Program::kSlave, Program::kNetem, Program::kMcu}) {
+    if (program == Program::kMcu && !has_mcu_) continue;
     (*this)[program].send_signal(SIGTERM);
     codes[index(program)] = (*this)[program].wait();
   }

@@ -1,5 +1,6 @@
 // The real programs of one session as children of a test: emulated MCU, master, netem and slave on loopback and a
-// pseudo terminal, each with a recording. Any of them may be killed and started again in its old place.
+// pseudo terminal, each with a recording. Any of them may be killed and started again in its old place. A scene with a
+// DIRECT_DRIVE slave has no MCU, and three programs.
 #pragma once
 
 #include <array>
@@ -32,8 +33,8 @@ struct SessionOptions {
 
 class SessionProcesses {
  public:
-  // Starts all four, the slave last; records into `directory`. Throws std::runtime_error with what a program said when
-  // one does not come up.
+  // Starts all of them, the slave last; records into `directory`. Throws std::runtime_error with what a program said
+  // when one does not come up.
   SessionProcesses(const std::filesystem::path& directory, const SessionOptions& options);
 
   ChildProcess& operator[](Program program) { return *children_[index(program)]; }
@@ -48,7 +49,7 @@ class SessionProcesses {
   std::filesystem::path recording(Program program) const;  // its name when complete
 
   // SIGTERM to master, slave, netem and MCU in this order, each after the end of the one before, so that nobody loses
-  // what it stands on. The exit codes in the order of kPrograms.
+  // what it stands on. The exit codes in the order of kPrograms; 0 for an MCU that is not there.
   std::array<int, 4> stop();
 
  private:
@@ -57,6 +58,7 @@ class SessionProcesses {
 
   std::filesystem::path directory_;
   SessionOptions options_;
+  bool has_mcu_;
   std::string master_address_ = "127.0.0.1:0", netem_address_ = "127.0.0.1:0";
   std::array<int, 4> starts_{};
   std::array<std::unique_ptr<ChildProcess>, 4> children_;
