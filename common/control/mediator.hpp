@@ -70,8 +70,10 @@ class ContactModel {
     return std::max(0.0, k_ * (x_p - x_0_) + critical_ * std::sqrt(k_) * v_fast);
   }
 
-  double k() const noexcept { return k_; }                                                // N m/rad
-  void settle(double g, double dt_s) noexcept { settle_ = g * dt_s / (1.0 + g * dt_s); }  // rad/s, of x_0 from now on
+  // N m/rad.
+  double k() const noexcept { return k_; }
+  // rad/s: how fast x_0 follows from now on.
+  void settle(double g, double dt_s) noexcept { settle_ = LowPass<1>(Cutoff::rad_s(g), dt_s).smoothing(); }
 
  private:
   static constexpr double kTouch = 0.05, kRelease = 0.02;    // N m: of the noise of 0.024 kLearn leaves 0.0012
@@ -204,6 +206,7 @@ class Mediator {
   // Of what the slave tells, how much is the friction of its device.
   double friction(Device& device, double x, double f, double x_m) noexcept {
     device.tendons.step(x, f);
+    if (device.tendons.F_c() == 0.0 && device.named == 0.0) return 0.0;
     const double L = std::max(device.tendons.L(), device.named / kSteepest), step = kFriction * dt_s_;
     device.there.step(x, L);
     device.here.step(x_m, L);
