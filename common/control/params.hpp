@@ -19,6 +19,7 @@ struct SdcvParams {
   double f_1 = 0.35;  // N m
   double f_2 = 0.75;  // N m, above f_1
   Cutoff alpha_cutoff = Cutoff::rad_s(5.0);
+  bool from_patient = false;  // f_1 and f_2 are where the patient's own begin (common/control/patient_thresholds.hpp)
 };
 
 struct TwoChannelParams {

@@ -16,9 +16,15 @@ namespace farhand {
 template <int N>
 class Sdcv {
  public:
-  Sdcv(const SdcvParams& params, double dt_s) : f_1_(params.f_1), f_2_(params.f_2), filter_(params.alpha_cutoff, dt_s) {
+  Sdcv(const SdcvParams& params, double dt_s)
+      : f_1_(Joints<N>::Constant(params.f_1)),
+        f_2_(Joints<N>::Constant(params.f_2)),
+        filter_(params.alpha_cutoff, dt_s) {
     filter_.reset(Joints<N>::Ones());
   }
+
+  // N m, of joint j; f_1 below f_2.
+  void set_thresholds(int j, double f_1, double f_2) noexcept { f_1_[j] = f_1, f_2_[j] = f_2; }
 
   // alpha before the low-pass.
   Joints<N> raw(const Joints<N>& f_s) const noexcept { return ((f_2_ - f_s.abs()) / (f_2_ - f_1_)).max(0.0).min(1.0); }
@@ -28,7 +34,7 @@ class Sdcv {
   const Joints<N>& value() const noexcept { return filter_.value(); }
 
  private:
-  double f_1_, f_2_;
+  Joints<N> f_1_, f_2_;
   LowPass<N> filter_;
 };
 

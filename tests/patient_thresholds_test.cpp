@@ -1,0 +1,136 @@
+// f_1 and f_2 of SDCV as named of the patient: which motions name them, which must not.
+#include "common/control/patient_thresholds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace farhand {
+namespace {
+
+constexpr double kTick = 1e-3, kNoise = 0.024, kCount = 2 * 3.14159265358979 / 20000;
+constexpr SdcvParams kScene{.f_1 = 0.35, .f_2 = 0.75};
+
+// The slave is moved along x(t) and tells f(x, t) with the counts of its encoder and the noise of its observer.
+void move(PatientThresholds& thresholds, double seconds, const std::function<double(double)>& x_of,
+          const std::function<double(double x, double t)>& f_of, std::mt19937& dice) {
+  std::normal_distribution<double> noise(0.0, kNoise);
+  for (double t = 0; t < seconds; t += kTick) {
+    const double x = x_of(t);
+    thresholds.step(kCount * std::round(x / kCount), f_of(x, t) + noise(dice));
+  }
+}
+double swing(double t) { return 0.25 * std::sin(3.14159265358979 * t); }
+double ramp(double t) { return 0.3 * std::min(1.0, t); }
+
+TEST(PatientThresholds, AreThoseOfTheHandPressedEitherWayOrBoth) {
+  const std::vector<std::pair<std::function<double(double)>, double>> motions{
+      {ramp, 0.3}, {[](double t) { return -ramp(t); }, 0.3}, {swing, 0.25}};
+  for (const double k : {0.5, 1.0, 2.0, 5.0, 10.0}) {
+    for (const auto& [x, x_max] : motions) {
+      for (unsigned seed = 1; seed <= 10; ++seed) {
+        std::mt19937 dice(seed);
+        PatientThresholds thresholds(kScene, kTick);
+        move(
+            thresholds, 4.0, x, [k](double at, double) { return k * at; }, dice);
+        const double f_2 = 0.3 * k * x_max;
+        EXPECT_NEAR(thresholds.named() / f_2, 1.0, 0.1) << k;
+        EXPECT_NEAR(thresholds.k() / k, 1.0, 0.1) << k;
+        EXPECT_DOUBLE_EQ(thresholds.f_2(), thresholds.named()) << "in force by now";
+        EXPECT_DOUBLE_EQ(thresholds.f_1(), 0.25 * thresholds.f_2()) << "of a device without friction";
+      }
+    }
+  }
+}
+
+TEST(PatientThresholds, AreTheScenesInFreeMotionAndWhereNoHandIsToldBy) {
+  std::mt19937 dice(5);
+  const std::vector<std::pair<std::string, std::function<double(double, double)>>> others{
+      {"nothing", [](double, double) { return 0.0; }},
+      {"what the observers leave of a moving axis",
+       [](double, double t) { return 0.02 * std::cos(3.14159265358979 * t); }},
+      {"a weight", [](double, double) { return 0.3; }},
+      {"a patient who pushes slowly", [](double, double t) { return 0.3 * std::sin(5.0 * t); }},
+      {"a patient who pushes as he likes", [](double, double t) { return 0.3 * std::sin(7.7 * t); }},
+      {"a patient who trembles", [](double, double t) { return 0.3 * std::sin(31.0 * t); }},
+      {"a patient who moves of himself", [](double x, double) { return -3.0 * x; }}};
+  for (const auto& [name, f] : others) {
+    PatientThresholds thresholds(kScene, kTick);
+    move(thresholds, 20.0, swing, f, dice);
+    EXPECT_EQ(thresholds.named(), 0.0) << name;
+    EXPECT_EQ(thresholds.f_1(), kScene.f_1) << name;
+    EXPECT_EQ(thresholds.f_2(), kScene.f_2) << name;
+  }
+}
+
+TEST(PatientThresholds, ComeIntoForceWithoutAStepAndStayInOrder) {
+  for (const SdcvParams& scene : {kScene, SdcvParams{.f_1 = 0.01, .f_2 = 0.02}}) {
+    for (const double k : {0.5, 5.0}) {
+      std::mt19937 dice(7);
+      PatientThresholds thresholds(scene, kTick);
+      double f_1 = scene.f_1, f_2 = scene.f_2;
+      move(
+          thresholds, 4.0, swing,
+          [&](double x, double) {
+            EXPECT_LE(std::abs(thresholds.f_1() - f_1), 0.5 * kTick + 1e-12);
+            EXPECT_LE(std::abs(thresholds.f_2() - f_2), 0.5 * kTick + 1e-12);
+            f_1 = thresholds.f_1(), f_2 = thresholds.f_2();
+            EXPECT_LT(f_1, f_2);
+            return k * x;
+          },
+          dice);
+      EXPECT_NEAR(f_2, 0.3 * k * 0.25, 0.1 * 0.3 * k * 0.25);
+    }
+  }
+}
+
+// A hand that comes after free motion, one that grows stiffer, and one that lies elsewhere after a new start.
+TEST(PatientThresholds, FollowThePatient) {
+  std::mt19937 dice(9);
+  PatientThresholds thresholds(kScene, kTick);
+  const auto hand = [](double k, double rest) { return [=](double x, double) { return k * (x - rest); }; };
+  move(thresholds, 6.0, swing, hand(0.0, 0.0), dice);
+  move(thresholds, 6.0, swing, hand(1.0, 0.0), dice);
+  EXPECT_NEAR(thresholds.f_2(), 0.3 * 1.0 * 0.25, 0.0075);
+  move(thresholds, 6.0, swing, hand(3.0, 0.0), dice);
+  EXPECT_NEAR(thresholds.f_2(), 0.3 * 3.0 * 0.25, 0.0225);
+  move(
+      thresholds, 60.0, [](double t) { return 0.25 + 1e-4 * std::sin(40 * t); }, hand(3.0, 0.0), dice);
+  EXPECT_NEAR(thresholds.f_2(), 0.3 * 3.0 * 0.25, 0.0225) << "rest wears nothing out";
+  thresholds.reset();
+  EXPECT_NEAR(thresholds.f_2(), 0.3 * 3.0 * 0.25, 0.0225) << "in force until the next is known";
+  move(thresholds, 6.0, swing, hand(1.0, -0.25), dice);
+  EXPECT_NEAR(thresholds.f_2(), 0.3 * 1.0 * 0.5, 0.015);
+}
+
+TEST(PatientThresholds, FrictionOfTheDeviceIsF1AndNotTheHand) {
+  for (const double F_c : {0.05, 0.1, 0.2}) {
+    for (const double k : {0.0, 0.5, 2.0, 5.0}) {
+      std::mt19937 dice(11);
+      PatientThresholds thresholds(kScene, kTick);
+      Hysteresis z;
+      move(
+          thresholds, 14.0, swing,
+          [&](double x, double t) {
+            z.step(x, 5e-3);
+            return F_c * z.value() + (t < 6 ? 0.0 : k * x);
+          },
+          dice);
+      const double f_2 = 0.3 * k * 0.25;
+      if (k == 0.0) {
+        EXPECT_EQ(thresholds.named(), 0.0) << F_c;
+        continue;
+      }
+      EXPECT_NEAR(thresholds.f_2() / f_2, 1.0, 0.1) << F_c << " " << k;
+      EXPECT_NEAR(thresholds.f_1(), std::clamp(F_c, 0.25 * f_2, 0.9 * f_2), 0.1 * F_c) << F_c << " " << k;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace farhand
