@@ -348,6 +348,10 @@ TEST(Set, SaysWhichArgumentIsWrong) {
             "--set slave.hand={stif: 3}: there is no field 'stif' in Hand, did you mean 'stiffness_nm_per_rad'?");
   EXPECT_EQ(complaint(kBase, {"slave.hand={from_s: 3}", "slave.hand.until_s=2"}),
             "--set slave.hand={from_s: 3}: slave.hand.from_s = 3 must be below until_s = 2");
+  EXPECT_EQ(complaint(kBase, {"control.sdcv_from_patient=true"}),
+            "--set control.sdcv_from_patient=true: control.sdcv_from_patient = true needs architecture "
+            "FOUR_CHANNEL_CDOB_SDCV, and this one is FOUR_CHANNEL, which has no f_1 and f_2");
+  EXPECT_EQ(complaint(kBase, {"control.sdcv_from_patient=true", "architecture=FOUR_CHANNEL_CDOB_SDCV"}), "");
   EXPECT_EQ(complaint(kBase, {"..=1", "=", "\xff=1"}),
             "--set ..=1: there is no field '' in Scene\n"
             "--set =: must be field.path=value\n"

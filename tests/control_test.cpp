@@ -189,7 +189,8 @@ TEST(Scene, ReferencesAreThoseOfTheHandWrittenStep) {
 TEST(Scene, JointsDoNotMix) {
   Dice dice(5);
   for (int episode = 0; episode < 20; ++episode) {
-    const SceneParams p = dice.settings();
+    SceneParams p = dice.settings();
+    p.sdcv.from_patient = episode % 2 == 1;
     FourChannelCdobSdcv<DirectDrive<2>> both(p);
     const auto first = make_block_law(Architecture::kCdobSdcv, p), second = make_block_law(Architecture::kCdobSdcv, p);
     Dice other(static_cast<std::uint64_t>(100 + episode));

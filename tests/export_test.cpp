@@ -70,8 +70,8 @@ TEST(ExportCsv, LeavesACellEmptyWhereNothingIsKnown) {
   EXPECT_EQ(file_bytes(scratch / "csv/slave.csv"),
             "t_s,t_ns,state,x_rad,v_rad_s,f_nm,remote_x_rad,remote_v_rad_s,remote_f_nm,target_x_rad,command_nm,"
             "x_cdob_rad,alpha,playout_delay_s,rtt_s,limits,true_x_rad,true_v_rad_s,true_f_nm,newest_peer_send_ns,"
-            "newest_peer_arrival_ns,energy_j,friction_nm\n"
-            "0,2000000000,0,-0,0,0,0,0,0,0,0,0,0,0,0,0,,,0,0,0,,\n");
+            "newest_peer_arrival_ns,energy_j,friction_nm,f_2_nm\n"
+            "0,2000000000,0,-0,0,0,0,0,0,0,0,0,0,0,0,0,,,0,0,0,,,\n");
 }
 
 TEST(ExportCsv, ReadsBackAsTheSameDoubles) {

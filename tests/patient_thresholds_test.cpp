@@ -1,14 +1,18 @@
-// f_1 and f_2 of SDCV as named of the patient: which motions name them, which must not.
+// f_1 and f_2 of SDCV as named of the patient: which motions name them, which must not, and what a session gains.
 #include "common/control/patient_thresholds.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <random>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "common/record/metrics.hpp"
+#include "tests/lab/simulation.hpp"
 
 namespace farhand {
 namespace {
@@ -128,6 +132,74 @@ TEST(PatientThresholds, FrictionOfTheDeviceIsF1AndNotTheHand) {
       }
       EXPECT_NEAR(thresholds.f_2() / f_2, 1.0, 0.1) << F_c << " " << k;
       EXPECT_NEAR(thresholds.f_1(), std::clamp(F_c, 0.25 * f_2, 0.9 * f_2), 0.1 * F_c) << F_c << " " << k;
+    }
+  }
+}
+
+struct Ran {
+  Metrics metrics;
+  double deflection = 0;  // of the hand, rad: the largest, true
+};
+Ran ran(const char* scene, double k, const char* grip, const char* from_patient,
+        const std::vector<std::string>& more = {}) {
+  // f_1 and f_2 as a scene has them that says nothing of the patient.
+  std::vector<std::string> sets{
+      "control.f_1_nm=0.35", "control.f_2_nm=0.75", std::string("control.sdcv_from_patient=") + from_patient,
+      "slave.hand.stiffness_nm_per_rad=" + std::to_string(k), std::string("master.therapist.grip=") + grip};
+  sets.insert(sets.end(), more.begin(), more.end());
+  const LoadedScene loaded = load_scene(scene, sets);
+  const Session session = simulate(loaded);
+  Ran out{compute_metrics(session, loaded.scene)};
+  for (const StationSample& row : session.slave) {
+    if (row.t_s >= loaded.scene.slave().hand().from_s())
+      out.deflection = std::max(out.deflection, std::abs(row.true_x_rad));
+  }
+  return out;
+}
+
+void session_names_f_2(const char* scene) {
+  for (const double k : {0.5, 2.0, 5.0}) {
+    for (const char* grip : {"NORMAL", "FIRM"}) {
+      const Ran with = ran(scene, k, grip, "true");
+      const double f_2 = 0.3 * k * with.deflection, named = with.metrics.number("f_2_named_nm");
+      std::printf("%s, hand %.1f, %s: f_2 %.4f named %.4f, force ratio %.4f, residual %.2f mrad, tracking %.2f mrad\n",
+                  scene, k, grip, f_2, named, with.metrics.number("force_ratio"),
+                  1e3 * with.metrics.number("residual_p2p_rad"), 1e3 * with.metrics.number("tracking_rms_rad"));
+      EXPECT_NEAR(named / f_2, 1.0, 0.1) << k << grip;
+      EXPECT_NEAR(with.metrics.number("force_ratio"), 1.0, 0.02) << k << grip;
+      EXPECT_TRUE(with.metrics.is_true("stable")) << k << grip;
+    }
+  }
+}
+
+TEST(PatientThresholds, OfASessionAreThePatientsAndTheForceIsFeltInFull) {
+  session_names_f_2("four_channel_cdob_sdcv");
+  const Ran without = ran("four_channel_cdob_sdcv", 0.5, "NORMAL", "false");
+  EXPECT_NEAR(without.metrics.number("force_ratio"), 0.5, 0.02) << "what it is good for";
+  EXPECT_TRUE(std::isnan(without.metrics.number("f_2_named_nm")));
+}
+
+TEST(PatientThresholds, OfASessionBehindAnMcuAreThePatientsToo) { session_names_f_2("sea_four_channel_cdob_sdcv"); }
+
+// What is named is the patient's own, whatever the size of the therapist's side.
+TEST(PatientThresholds, AreInTheSizeOfTheSlave) {
+  for (const char* force_scale : {"0.5", "2"}) {
+    const Ran scaled = ran("four_channel_cdob_sdcv", 2.0, "NORMAL", "true",
+                           {"control.position_scale=1.5", std::string("control.force_scale=") + force_scale});
+    EXPECT_NEAR(scaled.metrics.number("f_2_named_nm") / (0.3 * 2.0 * scaled.deflection), 1.0, 0.1) << force_scale;
+    EXPECT_NEAR(scaled.metrics.number("force_ratio"), 1.0, 0.02) << force_scale;
+  }
+}
+
+TEST(PatientThresholds, OfAHandBehindTendonsWithFrictionAreStillTheHands) {
+  for (const char* F_c : {"0.05", "0.1"}) {
+    for (const double k : {2.0, 5.0}) {
+      const Ran with = ran("sea_four_channel_cdob_sdcv", k, "FIRM", "true",
+                           {std::string("slave.series_elastic.tendon_friction_nm=") + F_c});
+      const double f_2 = 0.3 * k * with.deflection;
+      std::printf("friction %s, hand %.1f: f_2 %.4f named %.4f\n", F_c, k, f_2, with.metrics.number("f_2_named_nm"));
+      EXPECT_NEAR(with.metrics.number("f_2_named_nm") / f_2, 1.0, 0.1) << F_c << " " << k;
+      EXPECT_TRUE(with.metrics.is_true("stable")) << F_c << " " << k;
     }
   }
 }

@@ -7,6 +7,8 @@
 #include <map>
 #include <mutex>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "common/config/load.hpp"
 #include "common/link/codec.hpp"
@@ -77,7 +79,9 @@ INSTANTIATE_TEST_SUITE_P(, RealTime,
 
 TEST_P(RealTime, TouchesNeitherHeapNorMutexOver10000Ticks) {
   if (kCounterIsBlind) GTEST_SKIP() << "the sanitizer brings its own malloc and mutexes";
-  const LoadedScene loaded = load_scene(GetParam());
+  std::vector<std::string> sets;
+  if (GetParam() == std::string("sea_four_channel_cdob_sdcv")) sets.push_back("control.sdcv_from_patient=true");
+  const LoadedScene loaded = load_scene(GetParam(), sets);
   const std::unique_ptr<Side> master = make_simulated_master(loaded.scene, 1);
   const std::unique_ptr<Side> slave = loaded.scene.slave().device() == scene::SERIES_ELASTIC
                                           ? make_emulated_slave(loaded.scene, 2)

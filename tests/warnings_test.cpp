@@ -126,6 +126,12 @@ const Bound kBounds[] = {
      "control.f_2_nm=0.18",
      "control.f_2_nm=0.19",
      "control.f_2_nm = 0.19 N m is not reached in contact with slave.hand.stiffness_nm_per_rad = 5: alpha stays at"},
+    {"f_2 of the patient",
+     {"architecture=FOUR_CHANNEL_CDOB_SDCV", "slave.hand={stiffness_nm_per_rad: 5}", "control.f_1_nm=0.05",
+      "control.f_2_nm=0.19"},
+     "control.sdcv_from_patient=true",
+     "control.sdcv_from_patient=false",
+     "control.f_2_nm = 0.19 N m is not reached in contact with slave.hand.stiffness_nm_per_rad = 5: alpha stays at"},
     {"range of the master",
      {},
      "master.axis.range_max_rad=0.1",
@@ -376,6 +382,10 @@ TEST(Warnings, AlphaRestsWhereTheSteadyStateSays) {
     const LoadedScene loaded = load(kBase, sets);
     const Contact hand = contacts(loaded.scene).back();
     EXPECT_NEAR(simulate(loaded).master.back().alpha, alpha_in(loaded.scene, hand), 0.02) << f_2;
+    sets.push_back("control.sdcv_from_patient=true");
+    const LoadedScene named = load(kBase, sets);
+    EXPECT_EQ(alpha_in(named.scene, hand), 0.0);
+    EXPECT_NEAR(simulate(named).master.back().alpha, 0.0, 0.02) << f_2;
   }
 }
 

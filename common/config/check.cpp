@@ -214,6 +214,10 @@ void check_together(Checker& checker, const scene::Scene& scene) {
     checker.complain("control.position_scale",
                      "control.position_scale and control.force_scale must be 1 with architecture WAVE: a wave has one "
                      "impedance on both sides");
+  if (control.sdcv_from_patient() && scene.architecture() != scene::FOUR_CHANNEL_CDOB_SDCV)
+    checker.complain("control.sdcv_from_patient",
+                     "control.sdcv_from_patient = true needs architecture FOUR_CHANNEL_CDOB_SDCV, and this one is " +
+                         scene::Architecture_Name(scene.architecture()) + ", which has no f_1 and f_2");
   if (scene.slave().has_hand()) {
     check_order(checker, scene.slave().hand(), "slave.hand.", "from_s", "until_s");
     check_order(checker, scene.slave().hand(), "slave.hand.", "relaxed_nm_per_rad", "stiffness_nm_per_rad", true);

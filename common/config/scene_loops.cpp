@@ -56,6 +56,10 @@ bool has_cdob(const scene::Scene& scene) {
 bool chooses(const scene::Scene& scene) { return scene.architecture() == scene::AUTOMATIC; }
 bool is_mediated(const scene::Scene& scene) { return scene.architecture() == scene::MODEL_MEDIATED || chooses(scene); }
 bool has_sdcv(const scene::Scene& scene) { return scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV; }
+
+bool names_thresholds(const scene::Scene& scene, const Contact& contact) {
+  return has_sdcv(scene) && scene.control().sdcv_from_patient() && !contact.one_sided;
+}
 bool is_two_channel(const scene::Scene& scene) { return scene.architecture() == scene::TWO_CHANNEL; }
 bool is_wave(const scene::Scene& scene) { return scene.architecture() == scene::WAVE; }
 bool has_tanks(const scene::Scene& scene) { return scene.architecture() == scene::FOUR_CHANNEL_TANK; }
@@ -145,6 +149,7 @@ double alpha_in(const scene::Scene& scene, const Contact& contact) {
   if (!has_cdob(scene)) return 0.0;
   const auto steady = steady_contact(scene, contact);
   if (!has_sdcv(scene) || !steady) return 1.0;
+  if (names_thresholds(scene, contact)) return 0.0;  // pressed and held, it is above its own f_2
   const double force = scale_of(scene).force;
   const double f_1 = force * scene.control().f_1_nm(), f_2 = force * scene.control().f_2_nm();
   if (scene.control().local_model() == scene::THESIS) return resting_alpha(*steady, f_1, f_2);

@@ -38,6 +38,8 @@ bool has_cdob(const scene::Scene& scene);
 bool chooses(const scene::Scene& scene);      // AUTOMATIC
 bool is_mediated(const scene::Scene& scene);  // or may become so
 bool has_sdcv(const scene::Scene& scene);
+// f_1 and f_2 of this contact are named of it: a hand, not a wall.
+bool names_thresholds(const scene::Scene& scene, const Contact& contact);
 bool is_two_channel(const scene::Scene& scene);
 bool is_wave(const scene::Scene& scene);
 bool has_tanks(const scene::Scene& scene);

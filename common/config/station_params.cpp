@@ -74,7 +74,10 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
   p.scene.drive = drive_params(scene, axis);
   p.scene.g_net = Cutoff::rad_s(c.g_net_rad_s());
   p.scene.local_model = c.local_model() == scene::WITH_FORCE ? LocalModel::kWithForce : LocalModel::kThesis;
-  p.scene.sdcv = {.f_1 = c.f_1_nm(), .f_2 = c.f_2_nm(), .alpha_cutoff = Cutoff::rad_s(c.alpha_cutoff_rad_s())};
+  p.scene.sdcv = {.f_1 = c.f_1_nm(),
+                  .f_2 = c.f_2_nm(),
+                  .alpha_cutoff = Cutoff::rad_s(c.alpha_cutoff_rad_s()),
+                  .from_patient = c.sdcv_from_patient()};
   p.scene.two_channel = {.K_2 = c.k_2_nm_per_rad(), .B_2 = c.b_2_nms_per_rad(), .B_slave = c.b_slave_nms_per_rad()};
   p.scene.wave = {.b = c.wave_b_nms_per_rad(),
                   .K_s = c.wave_k_s_nm_per_rad(),

@@ -259,7 +259,7 @@ class Warner {
     const double f_1 = s_.control().f_1_nm(), f_2 = s_.control().f_2_nm(), force = scale_of(s_).force;
     for (const Contact& contact : contacts(s_)) {
       const auto steady = steady_contact(s_, contact);
-      if (!steady || steady->reach == 0.0) continue;
+      if (!steady || steady->reach == 0.0 || names_thresholds(s_, contact)) continue;
       const double alpha = resting_alpha(*steady, force * f_1, force * f_2);
       if (alpha < 0.01) continue;
       const double most = largest_f_2(*steady, force * f_1) / force;

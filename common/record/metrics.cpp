@@ -283,14 +283,18 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   };
   account("account_min_master_j", session.master);
   account("account_min_slave_j", session.slave);
-  double friction = kAbsent;
-  for (const StationSample& row : session.master) {
-    if (std::isfinite(row.friction_nm)) friction = row.friction_nm;
-  }
-  if (std::isfinite(friction))
-    out.set("friction_named_nm", friction);
-  else
-    out.set_absent("friction_named_nm", "the scene has no mediator");
+  const auto last = [&](std::string_view key, double StationSample::*member, double scale, const std::string& because) {
+    double value = kAbsent;
+    for (const StationSample& row : session.master) {
+      if (std::isfinite(row.*member)) value = row.*member / scale;
+    }
+    if (std::isfinite(value))
+      out.set(key, value);
+    else
+      out.set_absent(key, because);
+  };
+  last("friction_named_nm", &StationSample::friction_nm, 1.0, "the scene has no mediator");
+  last("f_2_named_nm", &StationSample::f_2_nm, a.force_scale, "the thresholds of SDCV are not the patient's");
 }
 
 void set_share(Metrics& out, std::string_view key, double part, double whole, const std::string& because) {

@@ -76,6 +76,8 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"account_min_slave_j", "J", "the same at the slave"},
     {"friction_named_nm", "N m",
      "friction of the slave's device, as the mediator named it last from unloaded motion; 0: too little to name"},
+    {"f_2_named_nm", "N m",
+     "f_2 of SDCV, in the slave's size, as it was named last of the patient (0.3 k x_max); 0: nothing to name it by"},
     {"torque_max_master_nm", "N m", "largest |torque command| of the master"},
     {"torque_max_slave_nm", "N m", "largest |torque command| of the slave"},
     {"velocity_max_rad_s", "rad/s", "largest |velocity| of the two sides"},

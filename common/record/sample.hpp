@@ -25,6 +25,7 @@ inline StationSample sample_of(const TickTrace<1>& trace, const Receiver<1>& rec
   row.alpha = trace.compensation.alpha;
   row.energy_j = trace.energy;
   row.friction_nm = trace.friction;
+  row.f_2_nm = trace.compensation.f_2;
   row.playout_delay_s = to_seconds(trace.playout_depth);
   row.rtt_s = to_seconds(trace.rtt);
   row.limits = trace.limits;

@@ -26,6 +26,7 @@ void encode(Nanoseconds t, const StationSample& sample, record::StationSample& m
   message.set_newest_peer_arrival_ns(sample.newest_peer_arrival_ns);
   if (!std::isnan(sample.energy_j)) message.set_energy_j(sample.energy_j);
   if (!std::isnan(sample.friction_nm)) message.set_friction_nm(sample.friction_nm);
+  if (!std::isnan(sample.f_2_nm)) message.set_f_2_nm(sample.f_2_nm);
   if (!std::isnan(sample.true_x_rad)) message.set_true_x_rad(sample.true_x_rad);
   if (!std::isnan(sample.true_v_rad_s)) message.set_true_v_rad_s(sample.true_v_rad_s);
   if (!std::isnan(sample.true_f_nm)) message.set_true_f_nm(sample.true_f_nm);
@@ -93,6 +94,7 @@ StationSample decode(const record::StationSample& message) {
   sample.newest_peer_arrival_ns = message.newest_peer_arrival_ns();
   sample.energy_j = message.has_energy_j() ? message.energy_j() : kUnknown;
   sample.friction_nm = message.has_friction_nm() ? message.friction_nm() : kUnknown;
+  sample.f_2_nm = message.has_f_2_nm() ? message.f_2_nm() : kUnknown;
   sample.true_x_rad = message.has_true_x_rad() ? message.true_x_rad() : kUnknown;
   sample.true_v_rad_s = message.has_true_v_rad_s() ? message.true_v_rad_s() : kUnknown;
   sample.true_f_nm = message.has_true_f_nm() ? message.true_f_nm() : kUnknown;

@@ -24,6 +24,7 @@ struct StationSample {
   double alpha = 1;       // SDCV factor; 1 without one
   double energy_j = std::numeric_limits<double>::quiet_NaN();     // in the tank, or what a port has over; NaN without
   double friction_nm = std::numeric_limits<double>::quiet_NaN();  // named of the peer's device; NaN without
+  double f_2_nm = std::numeric_limits<double>::quiet_NaN();       // SDCV's, named of the patient; NaN without
   double playout_delay_s = 0;  // play-out over the fastest packet (buffer depth in force)
   double rtt_s = 0;            // newest round trip measured by echo
   std::uint32_t limits = 0;    // LimitBit

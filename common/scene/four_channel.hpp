@@ -5,8 +5,12 @@
 // (Daud 2011, figures 5.9-5.11).
 #pragma once
 
+#include <cstddef>
+#include <optional>
+
 #include "common/control/cdob.hpp"
 #include "common/control/mediator.hpp"
+#include "common/control/patient_thresholds.hpp"
 #include "common/control/sdcv.hpp"
 #include "common/scene/drive.hpp"
 #include "common/scene/tick_trace.hpp"
@@ -48,15 +52,18 @@ struct FourChannelCdobSdcv {
   using Drive = D;
   static constexpr int N = D::kJoints;
   explicit FourChannelCdobSdcv(const SceneParams& p)
-      : drive(p.drive), cdob(p.drive.K, p.g_net, p.local_model, p.drive.dt_s), sdcv(p.sdcv, p.drive.dt_s) {}
+      : drive(p.drive), cdob(p.drive.K, p.g_net, p.local_model, p.drive.dt_s), sdcv(p.sdcv, p.drive.dt_s) {
+    if (p.sdcv.from_patient) patient = patients_thresholds<N>(p.sdcv, p.drive.dt_s);
+  }
 
   Drive drive;
   Cdob<N> cdob;
   Sdcv<N> sdcv;
+  std::optional<PatientsThresholds<N>> patient;
 
   void start(const Motion<N>& /*local*/, const Motion<N>& received) noexcept;
   Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed /*since*/) noexcept;
-  Compensation compensation() const noexcept { return {cdob.x_cdob()[0], sdcv.value()[0]}; }
+  Compensation compensation() const noexcept;
 };
 
 template <class D>
@@ -92,13 +99,27 @@ template <class D>
 void FourChannelCdobSdcv<D>::start(const Motion<N>&, const Motion<N>& received) noexcept {
   cdob.reset(received);
   sdcv.reset(received.f);
+  if (!patient) return;
+  for (PatientThresholds& joint : *patient) joint.reset();
 }
 
 template <class D>
 auto FourChannelCdobSdcv<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
   cdob.step(local, received);
+  for (int j = 0; patient && j < N; ++j) {
+    PatientThresholds& joint = (*patient)[static_cast<std::size_t>(j)];
+    joint.step(received.x[j], received.f[j]);
+    sdcv.set_thresholds(j, joint.f_1(), joint.f_2());
+  }
   const Joints<N>& alpha = sdcv.step(received.f);
   return {received.x + alpha * cdob.x_cdob(), received.v + alpha * cdob.v_cdob(), received.f};
+}
+
+template <class D>
+Compensation FourChannelCdobSdcv<D>::compensation() const noexcept {
+  Compensation all{cdob.x_cdob()[0], sdcv.value()[0]};
+  if (patient) all.f_2 = patient->front().named();
+  return all;
 }
 
 template <class D>

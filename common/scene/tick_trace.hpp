@@ -13,6 +13,7 @@ namespace farhand {
 struct Compensation {
   double x_cdob = 0.0;
   double alpha = 1.0;
+  double f_2 = std::numeric_limits<double>::quiet_NaN();  // N m, SDCV's as named of the patient; NaN without, 0 not yet
 };
 
 // What a law is told of the time since its last step.

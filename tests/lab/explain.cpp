@@ -170,9 +170,9 @@ class Builder {
                              : std::string("no delay (delay_s = 0 both ways): there is nothing to compensate"));
     }
     if (f_.sdcv) {
-      Block& sdcv =
-          has(Place::kMaster, BlockId::kSdcv, "SDCV",
-              say("takes the compensation back in contact, between ", c.f_1_nm(), " and ", c.f_2_nm(), " N m"));
+      Block& sdcv = has(Place::kMaster, BlockId::kSdcv, "SDCV",
+                        say("takes the compensation back in contact, between ", c.f_1_nm(), " and ", c.f_2_nm(), " N m",
+                            c.sdcv_from_patient() ? ", until the patient's own are named" : ""));
       if (!f_.contact()) {
         sdcv.needless =
             "nothing to touch (no hand, no wall within reach): alpha has no reason to leave 1; architecture "
