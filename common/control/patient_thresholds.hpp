@@ -1,6 +1,8 @@
 // The thresholds of SDCV as the patient gives them: f_2 belongs to the hand, f_1 is the friction of its device.
 //
-//   f_2 = 0.3 |f|_max, f = k (x - x_0) at the largest deflection seen          f_1 = F_c, within 0.25 and 0.9 f_2
+//   f_2 = 0.3 |k (x - x_0)| at the largest deflection seen          f_1 = F_c, within 0.25 and 0.9 of f_2
+//
+// F_c counts as 0.03 N m at least: what the observers leave of free motion is no contact.
 //
 // k and x_0 are those of the straight line that lies closest to what the slave told under load (Deming: both
 // coordinates err), pressed and let go, in both directions. Fixed thresholds fit one patient: a hand of 0.5 N m/rad
@@ -70,6 +72,7 @@ class PatientThresholds {
  private:
   static constexpr double kOfLargest = 0.3;                // f_2 of the largest torque
   static constexpr double kLowest = 0.25, kHighest = 0.9;  // f_1 of f_2
+  static constexpr double kUntold = 0.03;                  // N m, least F_c
   static constexpr double kSpeed = 0.5;                    // N m/s, at which what is named comes into force
   static constexpr double kLearn = 50.0;                   // rad/s
   static constexpr double kTouch = 0.05, kRelease = 0.4;   // N m, and of it; noise of 0.024 becomes 0.004
@@ -118,7 +121,7 @@ class PatientThresholds {
   void name() noexcept {
     named_ = kOfLargest * std::max(std::abs(line(lowest_)), std::abs(line(highest_)));
     aim_2_ = named_;
-    aim_1_ = std::clamp(friction_.F_c(), kLowest * named_, kHighest * named_);
+    aim_1_ = std::clamp(std::max(friction_.F_c(), kUntold), kLowest * named_, kHighest * named_);
   }
 
   double learn_, step_, dt_s_;
