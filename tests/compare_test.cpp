@@ -178,5 +178,28 @@ TEST(Compare, RefusesWhatIsNoSessionBeforeItRunsAny) {
   EXPECT_NE(refusal({{"demo"}, {"duration_s=-1"}, {}, false}).find("duration_s"), std::string::npos);
 }
 
+// The hard patients under every architecture, in one report.
+TEST(Compare, AScenesArchitecturesStandSideBySide) {
+  ComparisonAsked asked;
+  for (const char* architecture :
+       {"FOUR_CHANNEL", "FOUR_CHANNEL_CDOB", "FOUR_CHANNEL_CDOB_SDCV", "WAVE", "FOUR_CHANNEL_TANK", "MODEL_MEDIATED"}) {
+    asked.sessions.push_back(std::string("patient_spastic,architecture=") + architecture);
+  }
+  asked.sets = {"duration_s=12", "windows.contact.until_s=12"};
+  const std::vector<ComparedSession> sessions = compared_sessions(asked);
+  ASSERT_EQ(sessions.size(), 6u);
+  EXPECT_EQ(sessions[3].name, "patient_spastic architecture=WAVE");
+  EXPECT_EQ(sessions[3].loaded.scene.architecture(), scene::WAVE);
+  for (const ComparedSession& session : sessions) {
+    EXPECT_EQ(session.loaded.scene.duration_s(), 12);
+    EXPECT_TRUE(std::isfinite(session.metrics.number("force_error_of_motion_rms_nm"))) << session.name;
+  }
+  EXPECT_EQ(count(comparison_html(sessions), "patient_spastic architecture=WAVE") > 0, true);
+  asked.sessions = {"patient_spastic,architecture=NONE"};
+  EXPECT_NE(refusal(asked).find("architecture"), std::string::npos);
+  asked.sessions = {"patient_spastic,"};
+  EXPECT_NE(refusal(asked), "nothing");
+}
+
 }  // namespace
 }  // namespace farhand

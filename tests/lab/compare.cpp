@@ -29,6 +29,16 @@ std::string name_of_directory(const std::string& directory) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
+// SCENE,field.path=value,...
+std::vector<std::string> parted(const std::string& asked) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0, end = 0; begin <= asked.size(); begin = end + 1) {
+    end = std::min(asked.find(',', begin), asked.size());
+    parts.push_back(asked.substr(begin, end - begin));
+  }
+  return parts;
+}
+
 Source source_of(const std::string& asked, const ComparisonAsked& all) {
   if (fs::is_directory(asked)) return {asked, name_of_directory(asked), {}, true};
   const bool scene_file = asked.ends_with(".txtpb");
@@ -37,8 +47,12 @@ Source source_of(const std::string& asked, const ComparisonAsked& all) {
                                          : ": there is no such directory";
     throw std::invalid_argument(asked + what);
   }
-  Source source{asked, "", SceneChoice{asked, all.sets, all.seed}.load(), false};
+  const std::vector<std::string> parts = parted(asked);
+  std::vector<std::string> sets = all.sets;
+  sets.insert(sets.end(), parts.begin() + 1, parts.end());
+  Source source{asked, "", SceneChoice{parts.front(), sets, all.seed}.load(), false};
   source.name = source.loaded.name;
+  for (std::size_t k = 1; k < parts.size(); ++k) source.name += (k == 1 ? " " : ", ") + parts[k];
   return source;
 }
 

@@ -12,7 +12,9 @@
 namespace farhand {
 
 struct ComparisonAsked {
-  std::vector<std::string> sessions;  // directories of recordings, and scenes to be run in virtual time
+  // Directories of recordings, and scenes to be run in virtual time: SCENE or SCENE,field.path=value,... with settings
+  // of its own on top of `sets`.
+  std::vector<std::string> sessions;
   std::vector<std::string> sets;      // on top of each scene, not of what was recorded
   std::optional<std::uint64_t> seed;  // instead of that of each scene
   bool lab = false;  // also run what the processes of each directory ran, with its settings, in virtual time

@@ -8,7 +8,8 @@ namespace farhand {
 Command add_compare(Command program, CompareChoice& choice) {
   Command command = program.subcommand("compare", "sessions side by side: recordings of processes, and scenes run now");
   command.texts("SESSION", choice.asked.sessions,
-                "directory with master.mcap, slave.mcap, netem.mcap, mcu.mcap; or a scene to run in virtual time",
+                "directory with master.mcap, slave.mcap, netem.mcap, mcu.mcap; or a scene to run in virtual time, with "
+                "settings of its own as SCENE,field.path=value,...",
                 Needed::kYes);
   command.flag("--lab", choice.asked.lab, "also run the scene of each directory, as recorded, in virtual time");
   command.texts("--set", choice.asked.sets, "field.path=value, on top of every scene given; may be repeated");
