@@ -33,7 +33,7 @@ TEST(Identifying, AFreeAxisThatIsThatOfTheSceneIsReadyAgainAfterwards) {
     fastest = std::max(fastest, std::abs(row.true_v_rad_s));
     strongest = std::max(strongest, std::abs(row.command_nm));
   }
-  const scene::Axis& axis = load_scene("zero_delay").scene.slave().axis();
+  const scene::Axis axis = load_scene("zero_delay").scene.slave().axis();
   std::printf("at most %.3f rad, %.2f rad/s, %.3f N m\n", furthest, fastest, strongest);
   EXPECT_LE(furthest, 0.75 * axis.range_max_rad());
   EXPECT_LE(fastest, 1.25);
