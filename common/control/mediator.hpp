@@ -29,6 +29,7 @@
 #include <utility>
 
 #include "common/control/params.hpp"
+#include "common/observer/fitted_line.hpp"
 #include "common/observer/tendon_friction.hpp"
 #include "common/signal/low_pass.hpp"
 #include "common/signal/motion.hpp"
@@ -83,58 +84,38 @@ class ContactModel {
   static constexpr double kSettle = 8.0;                     // rad/s, of x_0
   static constexpr double kSpeed = 0.5;                      // rad/s, of x_0 at most
   static constexpr double kGrowth = 10.0;                    // times in a second, k at most
-  static constexpr double kDamping = 0.8;  // ratio, of the model's spring and the inertia 1/K_f of both sides
-  // From sample to sample, and how much the older ones weigh.
-  static constexpr double kStepX = 2e-3, kStepF = 0.04;  // rad, N m
-  static constexpr double kMemory = 0.97;
-  static constexpr double kNoiseX = 1e-4, kNoiseF = 0.02;  // rad, N m
-  static constexpr double kStill = 10.0;                   // squares of the noise: less is a wall
-  static constexpr double kAlike = 0.5;                    // square of the correlation
+  static constexpr double kDamping = 0.8;   // ratio, of the model's spring and the inertia 1/K_f of both sides
+  static constexpr double kMemory = 0.97;   // of a sample at the next
+  static constexpr double kAlike = 0.5;     // square of the correlation
   static constexpr double kPrior = 3000.0;  // so many squares of the noise what is learnt must reach over
 
   void begin(double x_p) noexcept {
-    n_ = sx_ = sf_ = sxx_ = sxf_ = sff_ = 0.0;
-    last_x_ = last_f_ = 1e9;
+    line_.forget();
     if (!known_) x_0_ = std::max(x_p, x_ - f_ / k_);  // the force begins at zero
     known_ = true;
   }
 
-  // A sample for every step in angle or torque, so that rest teaches nothing and wears nothing out.
   void identify() noexcept {
-    const double dx = (x_ - last_x_) / kStepX, df = (f_ - last_f_) / kStepF;
-    if (dx * dx + df * df < 1) return;
-    last_x_ = x_;
-    last_f_ = f_;
-    n_ = kMemory * n_ + 1;
-    sx_ = kMemory * sx_ + x_;
-    sf_ = kMemory * sf_ + f_;
-    sxx_ = kMemory * sxx_ + x_ * x_;
-    sxf_ = kMemory * sxf_ + x_ * f_;
-    sff_ = kMemory * sff_ + f_ * f_;
-    if (n_ < 3) return;
-    const double xx = sxx_ / n_ - sx_ * sx_ / n_ / n_, ff = sff_ / n_ - sf_ * sf_ / n_ / n_;
-    const double xf = sxf_ / n_ - sx_ * sf_ / n_ / n_;
+    if (!line_.add(x_, f_) || line_.samples() < 3) return;
+    const double xx = line_.xx(), ff = line_.ff(), xf = line_.xf();
     // Whoever moves of himself lets torque go with no regard to the angle: that teaches nothing; or fall where the
     // angle rises: then what was learnt of him may be as wrong.
-    if (xx > kStill * kNoiseX * kNoiseX) {
+    if (line_.moved()) {
       const bool alike = xf * xf > kAlike * xx * ff;
       if (alike && xf < 0) aim_ = std::max(aim_, kFirst);
       if (!alike || xf < 0) return;
     }
-    // The line that lies closest where both coordinates err (Deming): least squares would take a wall for soft, whose
-    // angle is but noise.
-    constexpr double kRatio = kNoiseF * kNoiseF / (kNoiseX * kNoiseX);
-    const double u = ff - kRatio * xx;
-    const double slope = xf > 0 ? (u + std::sqrt(u * u + 4 * kRatio * xf * xf)) / (2 * xf) : kStiffest;
-    const double reach = n_ * (xx / (kNoiseX * kNoiseX) + ff / (kNoiseF * kNoiseF));
+    const double slope = xf > 0 ? line_.slope() : kStiffest;
+    constexpr double kNoiseX = FittedLine::kNoiseX, kNoiseF = FittedLine::kNoiseF;
+    const double reach = line_.samples() * (xx / (kNoiseX * kNoiseX) + ff / (kNoiseF * kNoiseF));
     const double trust = reach / (reach + kPrior);
     aim_ = std::clamp(std::pow(kFirst, 1 - trust) * std::pow(std::max(slope, kSoftest), trust), kSoftest, kStiffest);
   }
 
   double learn_, settle_, growth_, step_, critical_;
   double k_ = kFirst, aim_ = kFirst, x_0_ = 0.0;
-  double x_ = 0.0, f_ = 0.0, last_x_ = 0.0, last_f_ = 0.0;
-  double n_ = 0.0, sx_ = 0.0, sf_ = 0.0, sxx_ = 0.0, sxf_ = 0.0, sff_ = 0.0;
+  double x_ = 0.0, f_ = 0.0;
+  FittedLine line_{kMemory};
   bool begun_ = false, known_ = false, pressed_ = false;
 };
 

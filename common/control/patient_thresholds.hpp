@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "common/control/params.hpp"
+#include "common/observer/fitted_line.hpp"
 #include "common/observer/tendon_friction.hpp"
 #include "common/signal/low_pass.hpp"
 
@@ -57,7 +58,7 @@ class PatientThresholds {
     pressed_ = std::abs(f_) > (pressed_ ? kRelease * touch : touch);
     if (pressed_) identify();
     // A push that happens to rise with the angle is a line as well, but soon leaves it.
-    const bool on_line = alike_ && std::abs(f_ - line(x_)) < std::max(kRelease * touch, kOff * std::abs(f_));
+    const bool on_line = alike_ && std::abs(f_ - fitted(x_)) < std::max(kRelease * touch, kOff * std::abs(f_));
     if (pressed_) held_s_ = on_line ? held_s_ + dt_s_ : 0.0;
     if (pressed_ && held_s_ > kHolds) name();
     f_1_ += std::clamp(aim_1_ - f_1_, -step_, step_);
@@ -77,49 +78,33 @@ class PatientThresholds {
   static constexpr double kLearn = 50.0;                   // rad/s
   static constexpr double kTouch = 0.05, kRelease = 0.4;   // N m, and of it; noise of 0.024 becomes 0.004
   static constexpr double kOfFriction = 0.5;               // what a wrong L leaves of it is less
-  static constexpr double kStepX = 2e-3, kStepF = 0.04;    // rad, N m: from sample to sample
   static constexpr double kMemory = 0.995;                 // of a sample at the next: 0.4 rad of way
   static constexpr double kEnough = 8.0;                   // samples
-  static constexpr double kNoiseX = 1e-4, kNoiseF = 0.02;  // rad, N m
-  static constexpr double kStill = 10.0;                   // squares of the noise: less is a wall
   static constexpr double kAlike = 0.8;                    // square of the correlation
   static constexpr double kHolds = 1.0, kOff = 0.2;        // s that a line must hold, pressed; of the torque
 
   void forget() noexcept {
-    n_ = sx_ = sf_ = sxx_ = sxf_ = sff_ = 0.0;
-    last_x_ = last_f_ = lowest_ = highest_ = held_s_ = 0.0;
+    line_.forget();
+    lowest_ = highest_ = held_s_ = 0.0;
     pressed_ = alike_ = false;
   }
 
-  // A sample for every step in angle or torque, so that rest teaches nothing and wears nothing out.
   void identify() noexcept {
-    lowest_ = n_ > 0 ? std::min(lowest_, x_) : x_;
-    highest_ = n_ > 0 ? std::max(highest_, x_) : x_;
-    const double dx = (x_ - last_x_) / kStepX, df = (f_ - last_f_) / kStepF;
-    if (n_ > 0 && dx * dx + df * df < 1) return;
-    last_x_ = x_;
-    last_f_ = f_;
-    n_ = kMemory * n_ + 1;
-    sx_ = kMemory * sx_ + x_;
-    sf_ = kMemory * sf_ + f_;
-    sxx_ = kMemory * sxx_ + x_ * x_;
-    sxf_ = kMemory * sxf_ + x_ * f_;
-    sff_ = kMemory * sff_ + f_ * f_;
-    if (n_ < kEnough) return;
-    const double x = sx_ / n_, f = sf_ / n_;
-    const double xx = sxx_ / n_ - x * x, xf = sxf_ / n_ - x * f, ff = sff_ / n_ - f * f;
-    alike_ = xx > kStill * kNoiseX * kNoiseX && xf > 0.0 && xf * xf > kAlike * xx * ff;
+    const bool first = line_.samples() == 0.0;
+    lowest_ = first ? x_ : std::min(lowest_, x_);
+    highest_ = first ? x_ : std::max(highest_, x_);
+    if (!line_.add(x_, f_) || line_.samples() < kEnough) return;
+    const double xf = line_.xf();
+    alike_ = line_.moved() && xf > 0.0 && xf * xf > kAlike * line_.xx() * line_.ff();
     if (!alike_) return;
-    constexpr double kRatio = kNoiseF * kNoiseF / (kNoiseX * kNoiseX);
-    const double u = ff - kRatio * xx;
-    k_ = (u + std::sqrt(u * u + 4 * kRatio * xf * xf)) / (2 * xf);
-    f_0_ = f - k_ * x;
+    k_ = line_.slope();
+    f_0_ = line_.f() - k_ * line_.x();
   }
 
-  double line(double x) const noexcept { return f_0_ + k_ * x; }
+  double fitted(double x) const noexcept { return f_0_ + k_ * x; }
 
   void name() noexcept {
-    named_ = kOfLargest * std::max(std::abs(line(lowest_)), std::abs(line(highest_)));
+    named_ = kOfLargest * std::max(std::abs(fitted(lowest_)), std::abs(fitted(highest_)));
     aim_2_ = named_;
     aim_1_ = std::clamp(std::max(friction_.F_c(), kUntold), kLowest * named_, kHighest * named_);
   }
@@ -129,8 +114,8 @@ class PatientThresholds {
   double named_ = 0.0, k_ = 0.0, f_0_ = 0.0, held_s_ = 0.0;
   TendonFriction friction_;
   Hysteresis z_;
-  double x_ = 0.0, f_ = 0.0, last_x_ = 0.0, last_f_ = 0.0, lowest_ = 0.0, highest_ = 0.0;
-  double n_ = 0.0, sx_ = 0.0, sf_ = 0.0, sxx_ = 0.0, sxf_ = 0.0, sff_ = 0.0;
+  double x_ = 0.0, f_ = 0.0, lowest_ = 0.0, highest_ = 0.0;
+  FittedLine line_{kMemory};
   bool begun_ = false, has_friction_ = false, pressed_ = false, alike_ = false;
 };
 
