@@ -13,6 +13,7 @@
 
 #include "common/record/metrics.hpp"
 #include "tests/lab/simulation.hpp"
+#include "tests/support/contact_cell.hpp"
 
 namespace farhand {
 namespace {
@@ -113,37 +114,15 @@ TEST(Mediator, BothDirectionsAreTheSame) {
   }
 }
 
-struct Cell {
-  double delay_s;
-  std::string environment, grip;
-  int seed;
-};
 struct Outcome {
   double rest_mrad, F_m, F_s, k_seen, tracking_mrad, drag;
   bool stable;
 };
 
 // Free motion, then contact, over +-50 % of jitter and 10 % of loss.
-Outcome outcome_of(const std::string& scene, const Cell& cell) {
-  const double until = 26 + 10 * cell.delay_s;
-  const std::string path =
-      "{delay_s: " + std::to_string(cell.delay_s) + " jitter_s: " + std::to_string(0.5 * cell.delay_s) + " loss: 0.1}";
-  std::vector<std::string> sets{"master.therapist.grip=" + cell.grip, "network.forward=" + path,
-                                "network.backward=" + path, "duration_s=" + std::to_string(until),
-                                "windows.contact.until_s=" + std::to_string(until)};
-  if (cell.environment.starts_with("wall")) {
-    const std::string wall = cell.environment == "wall 1e3" ? "{stiffness_nm_per_rad: 1e3 damping_nms_per_rad: 0.4"
-                                                            : "{stiffness_nm_per_rad: 1e4 damping_nms_per_rad: 1.26";
-    sets.insert(sets.end(), {"slave.hand.from_s=1000", "slave.wall=" + wall + " at_rad: 0.1}",
-                             "master.therapist.intended[1].sine_amplitude_rad=0.09",
-                             "master.therapist.intended[3].ramp_to_rad=0.25"});
-  } else if (cell.environment == "free") {
-    sets.push_back("slave.hand.from_s=1000");
-  } else {
-    sets.push_back("slave.hand.stiffness_nm_per_rad=" + cell.environment);
-  }
-  LoadedScene loaded = load_scene(scene, sets);
-  loaded.scene.set_seed(static_cast<std::uint64_t>(cell.seed));
+Outcome outcome_of(const std::string& scene, const ContactCell& cell) {
+  const double until = cell.until_s();
+  const LoadedScene loaded = load_scene(scene, cell);
   const Session session = simulate(loaded);
   const Metrics metrics = compute_metrics(session, loaded.scene);
   Outcome o{1e3 * metrics.number("residual_p2p_rad"),
@@ -170,16 +149,10 @@ class Worst {
  public:
   void run(const std::string& scene, const std::vector<double>& delays, int seeds, double tracking_mrad) {
     int cells = 0;
-    for (const double delay_s : delays) {
-      for (const char* environment : {"free", "0.5", "2", "5", "wall 1e3", "wall 1e4"}) {
-        for (const char* grip : {"LIGHT", "NORMAL", "FIRM"}) {
-          for (int seed = 1; seed <= seeds; ++seed, ++cells) {
-            judge({delay_s, environment, grip, seed}, outcome_of(scene, {delay_s, environment, grip, seed}),
-                  tracking_mrad, scene.starts_with("sea"));
-          }
-        }
-      }
-    }
+    each_contact_cell(delays, seeds, true, [&](const ContactCell& cell) {
+      judge(cell, outcome_of(scene, cell), tracking_mrad, scene.starts_with("sea"));
+      ++cells;
+    });
     std::printf(
         "%s, %d sessions: rest within %.1f mrad, steady torque off by at most %.3f N m, k_seen by %.1f %%, drag at "
         "most %.4f N m s/rad; tracking at most",
@@ -189,9 +162,8 @@ class Worst {
   }
 
  private:
-  void judge(const Cell& cell, const Outcome& o, double tracking_mrad, bool elastic) {
-    const std::string name = std::to_string(cell.delay_s) + " s, " + cell.environment + ", " + cell.grip + ", seed " +
-                             std::to_string(cell.seed);
+  void judge(const ContactCell& cell, const Outcome& o, double tracking_mrad, bool elastic) {
+    const std::string name = cell.name();
     // A light hand stirs on the softest one, and behind an MCU on a wall.
     const bool may_stir =
         cell.grip == "LIGHT" && (cell.environment == "0.5" || (elastic && cell.environment.starts_with("wall")));

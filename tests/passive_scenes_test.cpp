@@ -13,6 +13,7 @@
 #include "common/link/codec.hpp"
 #include "common/record/metrics.hpp"
 #include "tests/lab/simulation.hpp"
+#include "tests/support/contact_cell.hpp"
 
 namespace farhand {
 namespace {
@@ -122,56 +123,12 @@ TEST(PacketsWithEnergy, AreLongerByItAndRefusedWhereNoneIsKept) {
   EXPECT_EQ(with.decode(with.encode(packet), back), DecodeResult::kNotFinite);
 }
 
-struct Cell {
-  double delay_s;
-  std::string environment, grip;
-  int seed;
-};
-
-// Free motion, then contact; +-50 % of jitter and 10 % of loss unless constant.
-LoadedScene scene_of(const std::string& scene, const Cell& cell, bool constant) {
-  const double until = 26 + 10 * cell.delay_s;
-  const std::string path = "{delay_s: " + std::to_string(cell.delay_s) +
-                           (constant ? "}" : " jitter_s: " + std::to_string(0.5 * cell.delay_s) + " loss: 0.1}");
-  std::vector<std::string> sets{"master.therapist.grip=" + cell.grip, "network.forward=" + path,
-                                "network.backward=" + path, "duration_s=" + std::to_string(until),
-                                "windows.contact.until_s=" + std::to_string(until)};
-  if (cell.environment.starts_with("wall")) {
-    const std::string wall = cell.environment == "wall 1e3" ? "{stiffness_nm_per_rad: 1e3 damping_nms_per_rad: 0.4"
-                                                            : "{stiffness_nm_per_rad: 1e4 damping_nms_per_rad: 1.26";
-    sets.insert(sets.end(), {"slave.hand.from_s=1000", "slave.wall=" + wall + " at_rad: 0.1}",
-                             "master.therapist.intended[1].sine_amplitude_rad=0.09",
-                             "master.therapist.intended[3].ramp_to_rad=0.25"});
-  } else if (cell.environment == "free") {
-    sets.push_back("slave.hand.from_s=1000");
-  } else {
-    sets.push_back("slave.hand.stiffness_nm_per_rad=" + cell.environment);
-  }
-  LoadedScene loaded = load_scene(scene, sets);
-  loaded.scene.set_seed(static_cast<std::uint64_t>(cell.seed));
-  return loaded;
-}
-
-template <class Each>
-void each_cell(const std::vector<double>& delays, int seeds, bool free, Each&& each) {
-  for (const double delay_s : delays) {
-    for (const char* environment : {"free", "0.5", "2", "5", "wall 1e3", "wall 1e4"}) {
-      if (!free && environment == std::string("free")) continue;
-      for (const char* grip : {"LIGHT", "NORMAL", "FIRM"}) {
-        for (int seed = 1; seed <= seeds; ++seed) {
-          const Cell cell{delay_s, environment, grip, seed};
-          each(cell, std::to_string(delay_s) + " s, " + environment + ", " + grip + ", seed " + std::to_string(seed));
-        }
-      }
-    }
-  }
-}
-
 void tanks_hold(const std::vector<double>& delays, int seeds) {
   double rest = 0, ratio = 0;
   int cells = 0;
-  each_cell(delays, seeds, false, [&](const Cell& cell, const std::string& name) {
-    const LoadedScene loaded = scene_of("four_channel_tank", cell, false);
+  each_contact_cell(delays, seeds, false, [&](const ContactCell& cell) {
+    const std::string name = cell.name();
+    const LoadedScene loaded = load_scene("four_channel_tank", cell);
     const Metrics metrics = compute_metrics(simulate(loaded), loaded.scene);
     EXPECT_TRUE(metrics.is_true("stable")) << name;
     EXPECT_NEAR(metrics.number("force_ratio"), 1.0, 0.05) << name;
@@ -192,7 +149,7 @@ TEST(Tanks, NeverCutInFreeMotionOrContactOverNoDelayTo300Milliseconds) {
     double drag = 0, level = 1;
     for (const char* environment : {"2", "5", "wall 1e4"}) {
       for (const char* grip : {"LIGHT", "NORMAL", "FIRM"}) {
-        const LoadedScene loaded = scene_of("four_channel_tank", {delay_s, environment, grip, 1}, true);
+        const LoadedScene loaded = load_scene("four_channel_tank", ContactCell{delay_s, environment, grip, 1}, true);
         const Session session = simulate(loaded);
         const Metrics metrics = compute_metrics(session, loaded.scene);
         for (const auto* rows : {&session.master, &session.slave}) {
@@ -208,8 +165,9 @@ TEST(Tanks, NeverCutInFreeMotionOrContactOverNoDelayTo300Milliseconds) {
 
 TEST(Tanks, AlsoBehindAnMcu) {
   int unstable = 0, cells = 0;
-  each_cell({0.1}, 1, false, [&](const Cell& cell, const std::string& name) {
-    LoadedScene loaded = scene_of("four_channel_tank", cell, false);
+  each_contact_cell({0.1}, 1, false, [&](const ContactCell& cell) {
+    const std::string name = cell.name();
+    LoadedScene loaded = load_scene("four_channel_tank", cell);
     loaded.scene.mutable_slave()->set_device(scene::SERIES_ELASTIC);
     loaded.scene.mutable_control()->set_k_f_per_kgm2(125);
     const Metrics metrics = compute_metrics(simulate(loaded), loaded.scene);
@@ -226,8 +184,9 @@ TEST(Tanks, AlsoBehindAnMcu) {
 void ports_hold(const std::vector<double>& delays, int seeds) {
   double least = 0, both = 0;
   int unstable = 0, weak = 0, cells = 0;
-  each_cell(delays, seeds, true, [&](const Cell& cell, const std::string& name) {
-    const LoadedScene loaded = scene_of("two_channel_po_pc", cell, false);
+  each_contact_cell(delays, seeds, true, [&](const ContactCell& cell) {
+    const std::string name = cell.name();
+    const LoadedScene loaded = load_scene("two_channel_po_pc", cell);
     const Metrics metrics = compute_metrics(simulate(loaded), loaded.scene);
     for (const char* port : {"account_min_master_j", "account_min_slave_j"}) {
       EXPECT_GE(metrics.number(port), -1e-3) << name;

@@ -15,22 +15,12 @@
 #include "common/runtime/side_of.hpp"
 #include "tests/lab/emulated_port.hpp"
 #include "tests/lab/simulation.hpp"
+#include "tests/support/session_metrics.hpp"
 
 namespace farhand {
 namespace {
 
 using J1 = Joints<1>;
-
-Metrics run(const std::string& scene, const std::vector<std::string>& sets) {
-  const LoadedScene loaded = load_scene(scene, sets);
-  return compute_metrics(simulate(loaded), loaded.scene);
-}
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
 
 // 1/k_seen = 1/k + 1/K_2 and 1/k + 1/K_s + R/(2 b), as on a direct drive; 0.13 N m of
 // the softest hand are told to 3 mN m, one count of the motor's encoder.

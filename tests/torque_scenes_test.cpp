@@ -14,6 +14,7 @@
 #include "common/control/wave.hpp"
 #include "common/record/metrics.hpp"
 #include "tests/lab/simulation.hpp"
+#include "tests/support/session_metrics.hpp"
 
 namespace farhand {
 namespace {
@@ -118,17 +119,6 @@ TEST(Wave, MissedTicksAreOneLongTick) {
   received.reset(J1(0.0));
   EXPECT_NEAR(received.step(J1(0.002), 1, false)[0], 2.0, 1e-12);
   EXPECT_NEAR(received.step(J1(0.012), 5, false)[0], 2.0, 1e-12);
-}
-
-Metrics run(const std::string& scene, std::vector<std::string> sets) {
-  const LoadedScene loaded = load_scene(scene, sets);
-  return compute_metrics(simulate(loaded), loaded.scene);
-}
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
 }
 
 std::vector<std::string> paths(double there_s, double back_s, const std::string& more = "") {
