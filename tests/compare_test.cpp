@@ -194,7 +194,7 @@ TEST(Compare, AScenesArchitecturesStandSideBySide) {
     EXPECT_EQ(session.loaded.scene.duration_s(), 12);
     EXPECT_TRUE(std::isfinite(session.metrics.number("force_error_of_motion_rms_nm"))) << session.name;
   }
-  EXPECT_EQ(count(comparison_html(sessions), "patient_spastic architecture=WAVE") > 0, true);
+  EXPECT_GT(count(comparison_html(sessions), "patient_spastic architecture=WAVE"), 0u);
   asked.sessions = {"patient_spastic,architecture=NONE"};
   EXPECT_NE(refusal(asked).find("architecture"), std::string::npos);
   asked.sessions = {"patient_spastic,"};

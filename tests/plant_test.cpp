@@ -39,7 +39,6 @@ TEST(DirectSlave, ViscousFrictionEndsInTheKnownSpeed) {
 }
 
 // Period of a pendulum of any amplitude by the arithmetic-geometric mean; hanging is pi from the upright.
-
 TEST(DirectSlave, SwingsAsAPendulumOfLargeAmplitude) {
   MotorAxis::Params motor = free_motor();
   motor.gravity = 0.3;
@@ -218,9 +217,7 @@ TEST(Encoder, ErrsByHalfACountAtMostAndHasNoBias) {
 }
 
 // K_h against a device that is locked, by a wall far stiffer than any grip or simply by standing still: the person
-
 // feels it whole.
-
 TEST(Master, TrueForceIsMinusTheTherapistsPushInBothDirections) {
   for (const double side : {1.0, -1.0}) {
     MasterWorld::Params p;

@@ -196,7 +196,6 @@ class Mediator {
   }
 
   using Contacts = std::array<ContactModel, static_cast<std::size_t>(N)>;
-  static constexpr double kOnPurpose = 8.0;  // rad/s
   static constexpr double kSteepest = 10.0;  // N m/rad: a torque that turns within less way shakes
   static constexpr double kFriction = 0.5;   // N m/s, at which what is named comes into force
 

@@ -13,6 +13,8 @@ struct FourChannelGains {
   double K_f = 250.0;  // 1/(kg m2); at most 1/J_n, or hits on a wall may not die out
 };
 
+inline constexpr double kOnPurpose = 8.0;  // rad/s: what of a person's motion is faster is not meant
+
 enum class LocalModel { kThesis, kWithForce };
 
 struct SdcvParams {

@@ -39,7 +39,6 @@ struct FourChannelTank {
         v_slow(Cutoff::rad_s(kOnPurpose), p.drive.dt_s),
         B_fast(p.tank.B_fast) {}
 
-  static constexpr double kOnPurpose = 8.0;  // rad/s, as in control/mediator.hpp
   Drive drive;
   EnergyTank tank;
   LowPass<N> v_slow;
