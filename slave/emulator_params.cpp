@@ -23,8 +23,7 @@ OrthosisEmulator::Params emulator_params(const scene::Scene& scene) {
   p.mcu.g = loops.g_rad_s();
   p.mcu.g_v = loops.g_v_rad_s();
   p.mcu.spring_gain = loops.spring_gain_per_s();
-  p.mcu.torque_energy_j = loops.torque_energy_j();
-  p.mcu.torque_power_w = loops.torque_power_w();
+  p.mcu.power_limit = scene.slave().limits().power_w();
   p.mcu.torque_limit = axis.torque_limit_nm();
   p.mcu.torque_rate_limit = axis.torque_rate_limit_nm_per_s();
   p.mcu.motor_speed_limit = elastic.motor_speed_limit_rad_s();

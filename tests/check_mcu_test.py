@@ -35,7 +35,7 @@ class FakeMcu(threading.Thread):
         self.fd, self.host_side = os.openpty()
         tty.setraw(self.fd)
         self.path = os.ttyname(self.host_side)
-        self.state, self.faults, self.errors, self.echo = kit.SAFE, 0, 0, 0
+        self.state, self.faults, self.errors, self.echo, self.angle = kit.SAFE, 0, 0, 0, 0.0
         self.safe_seen, self.consistent, self.previous, self.heard_at, self.leaves_at = False, 0, None, 0.0, None
         self.start()
 
@@ -54,7 +54,7 @@ class FakeMcu(threading.Thread):
             self.watch()
             seq = (seq + (2 if self.fault == "loses frames" and seq == 7 else 1)) % 64
             slow = {6: self.faults, 8: self.errors & 255, 10: 9, 11: self.echo, 12: 1}.get(seq & 15, 0)
-            os.write(self.fd, kit.telemetry(self.state, seq, 0, 0, slow))
+            os.write(self.fd, kit.telemetry(self.state, seq, round(self.angle * 10000), 0, slow))
 
     def watch(self):
         silent = time.monotonic() - self.heard_at > 0.060
@@ -86,6 +86,8 @@ class FakeMcu(threading.Thread):
             self.state, self.safe_seen, self.consistent = kit.SAFE, True, 0
         elif mode == self.state:
             self.consistent = 0
+            speed = {"has no bound": 8, "keeps no range": 3}.get(self.fault, 0)  # rad/s, where the frame's v points
+            self.angle = max(-0.5, min(0.5, self.angle + (-0.001 if bits >> 27 & 1 else 0.001) * speed))
         elif self.state != kit.SAFE and self.fault == "keeps its mode":
             return
         elif self.state != kit.SAFE and self.fault == "changes its mode":
@@ -141,6 +143,8 @@ class CheckMcu(unittest.TestCase):
                              "keeps its mode": kit.changes_its_mode_at_the_third_frame,
                              "has no watchdog": kit.lets_go_when_the_line_is_silent,
                              "stops gently": kit.stops_at_once,
+                             "has no bound": kit.keeps_its_bound,
+                             "keeps no range": kit.keeps_its_bound,
                              "lives on CONFIG": kit.config_is_no_sign_of_life,
                              "lives on repetition": kit.repetition_is_no_sign_of_life}.items():
             with self.subTest(fault=fault):
@@ -203,7 +207,7 @@ class CheckMcu(unittest.TestCase):
             mcu = subprocess.Popen([EMULATED_MCU, "--scene", "demo", "--link", port], stdout=subprocess.PIPE, text=True)
             try:
                 self.assertEqual(mcu.stdout.readline(), f"serial {port}\n")
-                check = subprocess.Popen([SCRIPT, port, "--stop"], stdout=subprocess.PIPE, text=True)
+                check = subprocess.Popen([SCRIPT, port, "--move", "--stop"], stdout=subprocess.PIPE, text=True)
                 lines = []
                 for line in check.stdout:
                     lines.append(line)

@@ -128,6 +128,21 @@ TEST(McuCore, ReferencesStayInsideTheRange) {
   }
 }
 
+// What a frame can say beyond the limits is cut before anything remembers it.
+TEST(McuCore, ReferencesStayWithinTheLimits) {
+  McuSettings settings;
+  settings.velocity_limit = 2, settings.torque_limit = 1.5;
+  for (const Mode mode : {Mode::kTrack, Mode::kTorque}) {
+    for (const double sign : {1.0, -1.0}) {
+      Bench bench(settings);
+      bench.activate(mode);
+      for (int i = 0; i < 100; ++i) bench.send(mode, 0, sign * 8, sign * 4), bench.frame_time();
+      EXPECT_NEAR(to_rad_s(bench.core.v_command()), sign * 2, 1e-6);
+      EXPECT_NEAR(to_nm(bench.core.f_command()), sign * 1.5, 1e-6);
+    }
+  }
+}
+
 TEST(McuCore, AStartBeyondTheRangeWalksIntoItByTheStepsOfAFrame) {
   Bench bench;
   const double x = 0.5, step = bench.settings.velocity_limit * 1e-3;
@@ -149,14 +164,14 @@ TEST(McuCore, AStartBeyondTheRangeWalksIntoItByTheStepsOfAFrame) {
 }
 
 TEST(McuCore, TorqueIsLimitedInSizeAndRate) {
-  McuSettings settings = with_ample_energy();
+  McuSettings settings = with_ample_power();
   settings.torque_limit = 1.5, settings.torque_rate_limit = 100;
   for (const double sign : {1.0, -1.0}) {
     Bench bench(settings);
     bench.activate(Mode::kTorque);
     double previous = 0;
     for (int i = 0; i < 200; ++i) {
-      bench.send(Mode::kTorque, 0, 0, sign * 3.9);
+      bench.send(Mode::kTorque, 0, sign * 8, sign * 3.9);
       for (int half = 0; half < 2; ++half) {
         bench.held_loop();
         const double tau = to_nm(bench.core.torque_command());
@@ -276,7 +291,7 @@ TEST(McuCore, TelemetrySaysWhatTheCoreKnowsAtHalfTheLoopRate) {
   EXPECT_EQ(slow.framing_errors(), 1);
   EXPECT_EQ(slow.crc_errors(), 0);
   EXPECT_EQ(slow.overruns(), 4);
-  EXPECT_EQ(slow.firmware(), 4);
+  EXPECT_EQ(slow.firmware(), 5);
   EXPECT_EQ(slow.restart(), kPowerOn);
 }
 

@@ -56,7 +56,19 @@ TEST(McuParams, WhatDoesNotFitIsRefusedByName) {
   EXPECT_NE(refused([](McuSettings& s) { s.K_f = -1; }).find("K_f"), std::string::npos);
   EXPECT_NE(refused([](McuSettings& s) { s.range_min = 0.5; }).find("range_max"), std::string::npos);
   EXPECT_NE(refused([](McuSettings& s) { s.g = 0; }).find("g ="), std::string::npos);
+  EXPECT_NE(refused([](McuSettings& s) { s.power_limit = 0; }).find("power_limit"), std::string::npos);
   EXPECT_EQ(refused([](McuSettings&) {}), "accepted");
+}
+
+// v_allow = min(v_max, P / (torque + 0.1 N m)), in the middle of each step of 1/32 N m, times J_n k_B.
+TEST(McuParams, TheTableOfAllowedSpeedsIsThePowerOverTheTorque) {
+  McuSettings settings;
+  settings.power_limit = 2, settings.velocity_limit = 4;
+  const McuParams p = make_mcu_params(settings);
+  for (int step = 0; step < kResistanceSteps; ++step) {
+    const double torque = (step + 0.5) / 32;
+    EXPECT_NEAR(to_nm(p.allowed_speed[step]), settings.J_n * 22 * std::min(4.0, 2 / (torque + 0.1)), 1e-7);
+  }
 }
 
 // Of 1000 N m/rad one count of 20000 is 0.3 N m, and two of each encoder are within their noise.

@@ -16,7 +16,7 @@ constexpr int kStopLoops = 4;       // 2 ms
 
 class StopBench {
  public:
-  explicit StopBench(const McuSettings& settings = with_ample_energy()) : core(make_mcu_params(settings)) {}
+  explicit StopBench(const McuSettings& settings = with_ample_power()) : core(make_mcu_params(settings)) {}
 
   void send(Mode mode, double x_ref = 0, double v_ref = 0, double f_ref = 0) {
     std::uint8_t wire[kWireBytes];

@@ -283,27 +283,31 @@ TEST(Firmware, ASensorThatDisagreesWithTheEncodersEndsInFault) {
   bench.expect_same();
 }
 
-// Pushed along wherever a springy hand swings, until the store of TORQUE is empty: the longest way through the core.
-TEST(Firmware, IsInTimeInTorqueWithAnEmptyStoreToo) {
+// Pushed along wherever a springy hand swings, in each mode and in a flight of changes between them: the bound acts,
+// and every way through the core is taken.
+TEST(Firmware, IsInTimeWithTheBoundActingInEveryMode) {
   SeriesElasticWorld::Params springy;
   springy.environment.hand = Hand::Params{60, 0.1, 0, 0, 1e9};
-  Bench bench(springy);
-  bench.run(0.02, let_go);
-  double least = 1;
-  bench.run(
-      1.0,
-      [&](double) {
-        const double sign = bench.core().velocity() >= 0 ? 1 : -1;
-        return References{Mode::kTorque, 0, 8 * sign, 3.5 * sign};
-      },
-      [&](double t) {
-        if (t > 0.2) least = std::min(least, mcu::to_joule(bench.core().energy_left()));
-      });
-  std::printf("least energy left: %.4f J\n", least);
-  EXPECT_EQ(bench.telemetry.state, State::kTorque);
-  EXPECT_LT(least, 0.2 / 3);
-  bench.expect_same();
-  bench.expect_in_time();
+  for (const char* what : {"TRACK", "TORQUE", "changes", "ramps"}) {
+    Bench bench(springy);
+    bench.run(0.02, let_go);
+    int bounded = 0;
+    bench.run(
+        1.0,
+        [&](double t) {
+          const double sign = bench.core().velocity() >= 0 ? 1 : -1;
+          const long ms = std::lround(t * 1e3);
+          Mode mode = what[1] == 'R' ? Mode::kTrack : Mode::kTorque;
+          if (what[0] == 'c') mode = (ms / 3) % 2 == 0 ? Mode::kTrack : Mode::kTorque;
+          if (what[0] == 'r' && ms % 60 < 8) return References{Mode::kSafe};
+          return References{mode, sign, 8 * sign, (mode == Mode::kTrack ? -3.5 : 3.5) * sign};
+        },
+        [&](double) { bounded += bench.core().at_bound(); });
+    std::printf("%s: bounded at %d ms of 980\n", what, bounded);
+    EXPECT_GT(bounded, what[0] == 'r' ? 100 : what[0] == 'c' ? -1 : 400) << what;  // changes keep the torque
+    bench.expect_same();
+    bench.expect_in_time();
+  }
 }
 
 // The line at its full rate, with what costs the most: frames whose CRC is wrong, random bytes, valid frames of random

@@ -22,9 +22,6 @@ constexpr uint8_t kAngleBits = 26;
 constexpr uint8_t kVelocityBits = 20;
 constexpr uint8_t kTorqueBits = 24;
 constexpr int32_t kLargest = int32_t(1) << 28;
-// Energy: the upper half of a product of torque and 2^-18 rad (an encoder count is 82 of them), 2^-26 J (15 nJ).
-constexpr uint8_t kWorkShift = 8;
-constexpr uint8_t kEnergyBits = kTorqueBits + kAngleBits - kWorkShift - 16;
 
 // mantissa / 2^right: 16 significant bits (2^15 <= mantissa < 2^16, or 0), so a coefficient is off by at most 2^-16 of
 // itself.

@@ -12,6 +12,11 @@ namespace {
 constexpr double kAngleUnits = 1 << kAngleBits;
 constexpr double kVelocityUnits = 1 << kVelocityBits;
 constexpr double kTorqueUnits = 1 << kTorqueBits;
+// The bound at the hand (orthosis_mcu.hpp): found by tests/mcu_rogue_test.cpp as the fastest that keeps its lines with
+// the loops of the default scene.
+constexpr double kBoundRate = 22, kEndStiffness = 1400, kEndRate = 70;  // 1/s, 1/s2, 1/s
+constexpr double kUnknownTorque = 0.1;                                  // N m, besides what is known to resist
+constexpr double kLetGo = 2000;                                         // N m/rad
 
 // NaN is outside every range.
 double within(const char* name, double value, double lowest, double highest) {
@@ -99,23 +104,27 @@ McuParams make_mcu_params(const McuSettings& s) {
   p.x_step = rounded(within("velocity_limit", s.velocity_limit, 1e-3, 1000) * kFrame * kAngleUnits);
   p.v_step = rounded(within("acceleration_limit", s.acceleration_limit, 1e-2, 1e4) * kFrame * kVelocityUnits);
   p.f_step = rounded(within("force_rate_limit", s.force_rate_limit, 1e-2, 4e3) * kFrame * kTorqueUnits);
-  p.top_speed_torque = rounded(std::fmin(s.J_n * s.K_d * s.velocity_limit, 16) * kTorqueUnits);
-  const auto end_torque = [&](double x) { return rounded(std::clamp(s.J_n * s.K_p * x, -16.0, 16.0) * kTorqueUnits); };
-  p.torque_at_min = end_torque(s.range_min);
-  p.torque_at_max = end_torque(s.range_max);
-  constexpr double kEnergyUnits = 1 << kEnergyBits;
-  p.energy_third = rounded(within("torque_energy_j", s.torque_energy_j, 1e-3, 2) / 3 * kEnergyUnits);
-  p.refill = rounded(within("torque_power_w", s.torque_power_w, 1e-2, 100) * dt * kEnergyUnits);
-  p.share_of_third = make_gain("torque_energy_j", 65536.0 / p.energy_third);
-  const double v_0 = 2 * s.torque_power_w / s.torque_limit;
-  p.slow = rounded(std::fmin(v_0 * kVelocityUnits, kLargest));
-  p.share_of_slow = make_gain("torque_power_w", 65536.0 / (v_0 * kVelocityUnits));
+  p.v_limit = rounded(std::fmin(s.velocity_limit * kVelocityUnits, kLargest));
+  const double J_k_B = s.J_n * kBoundRate;
+  p.k_B = make_gain("J_n k_B", J_k_B * kTorquePerVelocity);
+  p.k_D = make_gain("J_n k_D", s.J_n * kEndRate * kTorquePerVelocity);
+  p.k_E = make_gain("J_n k_E", s.J_n * kEndStiffness * kTorquePerAngle);
+  within("power_limit", s.power_limit, 1e-3, 1e4);
+  for (int step = 0; step < kResistanceSteps; ++step) {
+    const double resisting = (step + 0.5) * (1 << kResistanceShift) / kTorqueUnits;
+    const double v_allow = std::fmin(s.velocity_limit, s.power_limit / (resisting + kUnknownTorque));
+    p.allowed_speed[step] = rounded(std::fmin(J_k_B * v_allow, 16) * kTorqueUnits);
+  }
   p.x_min = rounded(s.range_min * kAngleUnits);
   p.x_max = rounded(s.range_max * kAngleUnits);
   p.watchdog_loops = loops("watchdog_s", s.watchdog_s, s.loop_hz);
   p.ramp_loops = loops("ramp_s", s.ramp_s, s.loop_hz);
   p.overrun_limit = loops("overrun_fault_s", s.overrun_fault_s, s.loop_hz);
   p.stop_loops = loops("stop_ramp_s", s.stop_ramp_s, s.loop_hz);
+  p.per_ramp_loop = make_gain("ramp_s", 1.0 / p.ramp_loops);
+  p.per_stop_loop = make_gain("stop_ramp_s", 1.0 / p.stop_loops);
+  p.let_go = make_gain("let go", kLetGo * dt * kTorquePerVelocity);
+  p.allowed_step = p.torque_limit / p.ramp_loops + 1;
   p.release_loops = loops("release_s", s.release_s, s.loop_hz);
   p.sensor_loops = loops("spring_sensor_fault_s", s.spring_sensor_fault_s, s.loop_hz);
   p.sensor_unit = rounded(within("spring_sensor_nm", s.spring_sensor_nm, 0, 15) / kSensorCounts * kTorqueUnits);

@@ -29,12 +29,10 @@ struct McuSettings {
   // The gate of the references. One wrong frame moves them by a millisecond's worth: 4 mrad, 0.4 rad/s, 0.3 N m. The
   // force rate is above what an RTOB of 200 rad/s shows of a 1 N m step, and the acceleration above four counts of a
   // 20000-count encoder.
-  double velocity_limit = 4;  // of the joint too, in TORQUE
+  double velocity_limit = 4;  // of the joint too
   double acceleration_limit = 400;
   double force_rate_limit = 300;
-  // TORQUE: 1.5 N m at 1.3 rad/s for as long as one likes; 0.11 J of the store are in the spring at 1.5 N m.
-  double torque_energy_j = 0.2;
-  double torque_power_w = 2;
+  double power_limit = 2;  // W, at the hand
   // Faults.
   double spring_torque_fault = 6;
   double encoder_speed_fault = 100;  // rad/s between two readings
@@ -62,7 +60,6 @@ double encoder_unit_rad(double counts_per_rev);
 
 inline double to_rad(std::int32_t angle) noexcept { return angle / double{1 << kAngleBits}; }
 inline double to_rad_s(std::int32_t velocity) noexcept { return velocity / double{1 << kVelocityBits}; }
-inline double to_joule(std::int32_t energy) noexcept { return energy / double{1 << kEnergyBits}; }
 inline double to_nm(std::int32_t torque) noexcept { return torque / double{1 << kTorqueBits}; }
 
 }  // namespace farhand::mcu

@@ -2,24 +2,27 @@
 // sends references at 1 kHz and nothing that is closed across the serial line. Freestanding C++14, scaled integers, no
 // heap: one source for firmware and PC with the same bits in both.
 //
-//   tau_spring = k (x_motor - x)                                          the torque sensor
-//   tau_dis = LPF_g[tau_spring + J_n g v] - J_n g v                       (Daud 2011, B.8; the spring is the applied
-//   torque) f_s     = LPF_g[tau_spring - D v + J_n g v] - J_n g v                 (B.10) a_ref   = K_p (x_ref - x) +
-//   K_d (v_ref - v) - K_f (f_ref + f_s)       TRACK (5.11); J a = tau - f tau_ref = J_n a_ref + tau_dis, limited or
-//   that of TORQUE, 0 in SAFE v_motor = v + gain (tau_ref - tau_spring), limited
+//   tau_spring = k (x_motor - x)                                     the torque sensor
+//   tau_dis = LPF_g[tau_spring + J_n g v] - J_n g v                  (Daud 2011, B.8; the spring is the applied torque)
+//   f_s     = LPF_g[tau_spring - D v + J_n g v] - J_n g v            (B.10)
+//   TRACK:  a_ref = K_p (x_ref - x) + K_d (v_ref - v) - K_f (f_ref + f_s)     (5.11)
+//   TORQUE: a_ref = K_f (f_ref - f_s) + K_d (v_ref - v)
+//   tau_ref = J_n bound(a_ref) + tau_dis, limited; 0 in SAFE         J a = tau - f
+//   v_motor = v + gain (tau_ref - tau_spring), limited
 //
-// TORQUE: a_ref = K_f (f_ref - f_s) + K_d (v_ref - v): the reaction is brought to f_ref, by a joint that is an inertia
-// of 1/K_f without friction. A host that sends the velocity it read damps nothing but what came since; one that sends
-// less damps here, where it is not late. Three things bound it:
-//   speed and range: whatever f_ref, the joint is accelerated towards x_max by no more than
-//     a = min(K_p (x_max - x), K_d v_max) - K_d v
-//   over what acts against it (tau_dis > 0; who pulls outward is not held), and alike towards x_min;
-//   energy: what the motor puts into the spring, tau_spring dx_motor, leaves a store that a constant power W refills,
-//     and what comes back does, up to its size. A spring makes nothing, so the joint gets no more than that, however
-//     late the spring follows the command. In the second third of the store torque along v fades to nothing, and
-//     torque against v is whole. Below v_0 = 2 W / tau_max that fade goes with v, so that reversal is no step: what
-//     still passes there is W/2 at most, less than refills. In the last third all torque fades: it is reached by who
-//     winds the spring up at once, or reverses faster than it follows.
+// TORQUE brings the reaction to f_ref, by a joint that is an inertia of 1/K_f without friction. A host that sends the
+// velocity it read damps nothing but what came since; one that sends less damps here, where it is not late.
+//
+// The bound at the hand is the same in both modes, whatever frames come. Towards x_max, and alike towards x_min,
+//
+//   a_ref <= k_B (v_allow - v),   v_allow = min(v_max, P / (torque + 0.1 N m))     k_B = 22/s
+//   a_ref <= k_E (x_max - x) - k_D v                                                k_E = 1400/s2, k_D = 70/s
+//
+// where torque is what resists that direction: the spring's, known without lag, or tau_dis, the larger. So what is
+// allowed follows from torque, speed and angle now, and not from power that was given already. k_B above 25/s lets the
+// motor, which is slow, swing against a hand of 20 N m/rad; 20/s towards an end, k_E / k_D, is what it still stops
+// from. What ramps down holds the hand against its own spring and no more: it is never above tau_dis, and what drives
+// the hand on is taken off by 2000 N m/rad besides.
 //
 // SAFE, where it starts, drives the spring torque to zero: the patient moves freely. 20 ms without a valid frame ramp
 // the torque to zero in 50 ms and end in SAFE; out of it lead only a SAFE frame and then three consecutive, consistent
@@ -39,6 +42,10 @@
 
 namespace farhand {
 namespace mcu {
+
+// The table of v_allow: by torque that resists, in steps of 2^-5 N m.
+constexpr uint8_t kResistanceShift = kTorqueBits - 5;
+constexpr uint8_t kResistanceSteps = 128;
 
 // Made from SI by make_mcu_params (slave/mcu/mcu_params.hpp), which checks that everything fits.
 struct EncoderUnit {
@@ -65,13 +72,12 @@ struct McuParams {
   int32_t motor_speed_limit;
   int32_t x_step, v_step, f_step;  // how far one frame may move a reference
   int32_t x_min, x_max;
-  // TORQUE only. Energies in units of kEnergyBits.
-  int32_t top_speed_torque;              // J_n K_d v_max
-  int32_t torque_at_min, torque_at_max;  // J_n K_p x_min, x_max
-  int32_t energy_third, refill;          // of the store; per loop
-  Gain share_of_third;                   // 2^16 / energy_third
-  int32_t slow;                          // v_0
-  Gain share_of_slow;                    // 2^16 / v_0
+  int32_t v_limit;                          // of the joint, and of v_ref
+  Gain k_B, k_D, k_E;                       // times J_n
+  int32_t allowed_speed[kResistanceSteps];  // J_n k_B v_allow
+  Gain per_ramp_loop, per_stop_loop;        // 1 / ramp_loops, 1 / stop_loops: no division on an 8-bit MCU
+  Gain let_go;                              // torque taken off per loop and velocity
+  int32_t allowed_step;                     // of the torque that is allowed after a start, per loop
   uint16_t watchdog_loops, ramp_loops, loops_per_frame, overrun_limit;
   uint16_t stop_loops, release_loops, sensor_loops;
 };
@@ -141,8 +147,12 @@ class OrthosisCore {
   int32_t x_command() const { return x_command_; }
   int32_t v_command() const { return v_command_; }
   int32_t f_command() const { return f_command_; }
-  int32_t energy_left() const { return energy_left_; }
   uint8_t faults() const { return faults_; }
+  bool driven() const { return phase_ == Phase::kActive; }  // in TRACK or TORQUE and not ramping down
+  bool at_bound() const {
+    const int32_t acceleration = wanted_acceleration() + bump_;
+    return driven() && bounded(acceleration) != acceleration;
+  }
   const FrameDecoder& decoder() const { return decoder_; }
 
  private:
@@ -162,10 +172,9 @@ class OrthosisCore {
   void watch_stop(const McuInput& input);
   void ramp_down(uint16_t loops);
   void stop_now();
-  int32_t wanted_torque() const;
-  int32_t torque_in_torque_mode() const;
-  void count_energy(int32_t motor_before);
-  int32_t within_energy(int32_t torque) const;
+  int32_t wanted_acceleration() const;
+  int32_t bounded(int32_t acceleration) const;
+  int32_t allowed_speed(int32_t resisting) const;
   void move_torque_command();
   void give_way(const McuInput& input);
   uint8_t slow_byte(SlowPage page);
@@ -200,7 +209,6 @@ class OrthosisCore {
 
   int32_t tau_command_ = 0, tau_allowed_ = 0, ramp_ = 0, ramp_step_ = 0;
   int32_t bump_ = 0, bump_step_ = 0;  // between two active modes, fading
-  int32_t energy_left_ = 0;
   uint16_t ramp_left_ = 0;
   int32_t motor_velocity_ = 0;
 

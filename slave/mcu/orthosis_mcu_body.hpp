@@ -6,7 +6,7 @@
 
 namespace farhand {
 namespace mcu {
-constexpr uint8_t kFirmware = 4;
+constexpr uint8_t kFirmware = 5;
 constexpr uint8_t kFramesToStart = 3;
 constexpr uint8_t kLatched = kJointEncoder | kMotorEncoder | kSpringTorque | kOverrun | kPatientStop | kSpringSensor;
 
@@ -16,6 +16,8 @@ constexpr int32_t kVUnits = (int32_t(1) << kVelocityBits) / kVRefCountsPerRadPer
 constexpr int32_t kFUnits = (int32_t(1) << kTorqueBits) / kFRefCountsPerNm;
 
 inline int32_t magnitude(int32_t value) { return value < 0 ? -value : value; }
+inline int32_t smaller(int32_t a, int32_t b) { return a < b ? a : b; }
+inline int32_t larger(int32_t a, int32_t b) { return a > b ? a : b; }
 inline int32_t limited(int32_t value, int32_t limit) { return clamp(value, -limit, limit); }
 // From `now` towards `goal` by at most `step`.
 inline int32_t towards(int32_t now, int32_t goal, int32_t step) { return now + limited(goal - now, step); }
@@ -91,8 +93,8 @@ template <class P>
 void OrthosisCore<P>::change(const Command& command) {
   begin(command.mode);
   previous_ = command;
-  bump_ = tau_command_ - limited(wanted_torque(), tau_allowed_);
-  bump_step_ = magnitude(bump_) / static_cast<int32_t>(p().ramp_loops) + 1;
+  bump_ = tau_command_ - limited(wanted_acceleration() + tau_dis_, tau_allowed_);
+  bump_step_ = times(magnitude(bump_), p().per_ramp_loop) + 1;
 }
 
 template <class P>
@@ -106,14 +108,14 @@ void OrthosisCore<P>::begin(Mode mode) {
 }
 
 // A wrong frame passes the CRC once in 65536. The gate stands at the frame and not at the loop, so that such a frame
-// moves each reference by one step, however long it stays the newest. A start beyond the range walks into it by the
-// same steps.
+// moves each reference by one step, however long it stays the newest. Nor does any reference go where the joint may
+// not: what is beyond the limits is cut first. A start beyond the range walks into it by the same steps.
 template <class P>
 void OrthosisCore<P>::accept(const Command& command) {
   silent_loops_ = loops_since_frame_ = 0;
   x_command_ = towards(x_command_, clamp(command.x_ref * kXUnits, p().x_min, p().x_max), p().x_step);
-  v_command_ = towards(v_command_, command.v_ref * kVUnits, p().v_step);
-  f_command_ = towards(f_command_, command.f_ref * kFUnits, p().f_step);
+  v_command_ = towards(v_command_, limited(command.v_ref * kVUnits, p().v_limit), p().v_step);
+  f_command_ = towards(f_command_, limited(command.f_ref * kFUnits, p().torque_limit), p().f_step);
 }
 
 template <class P>
@@ -171,7 +173,7 @@ void OrthosisCore<P>::ramp_down(uint16_t loops) {
   phase_ = Phase::kRampDown;
   ramp_left_ = loops;
   ramp_ = tau_command_;
-  ramp_step_ = tau_command_ / static_cast<int32_t>(loops);
+  ramp_step_ = times(tau_command_, loops == p().stop_loops ? p().per_stop_loop : p().per_ramp_loop);
 }
 
 template <class P>
@@ -214,50 +216,29 @@ void OrthosisCore<P>::supervise(const McuInput& input) {
 }
 
 template <class P>
-int32_t OrthosisCore<P>::wanted_torque() const {
-  if (mode_ == Mode::kTorque) return torque_in_torque_mode();
-  return times(x_command_ - x_, p().K_p) + times(v_command_ - v_, p().K_d) - times(f_command_ + f_s_, p().K_f) +
-         tau_dis_;
-}
-
-template <class P>
-int32_t OrthosisCore<P>::torque_in_torque_mode() const {
-  const int32_t here = times(x_, p().K_p);
-  const int32_t up = limited(p().torque_at_max - here, p().top_speed_torque);
-  const int32_t down = limited(p().torque_at_min - here, p().top_speed_torque);
-  const int32_t wanted = times(f_command_ - f_s_, p().K_f) + tau_dis_ + times(v_command_, p().K_d);
-  return clamp(wanted, (tau_dis_ < 0 ? tau_dis_ : 0) + down, (tau_dis_ > 0 ? tau_dis_ : 0) + up) - times(v_, p().K_d);
-}
-
-// By the counts of the encoder, so that the sum is exact, however late v is known. Out of TORQUE the store only fills:
-// a change of modes makes nothing that time does not.
-template <class P>
-void OrthosisCore<P>::count_energy(int32_t motor_before) {
-  int32_t left = energy_left_ + p().refill;
-  if (mode_ == Mode::kTorque && (phase_ == Phase::kActive || phase_ == Phase::kRampDown)) {
-    const int32_t moved = x_motor_ - motor_before;
-    const int32_t steps = magnitude(moved) >> kWorkShift;
-    const int32_t given = product(magnitude(tau_spring_), static_cast<uint16_t>(steps < 0xFFFF ? steps : 0xFFFF)).high;
-    left += (moved > 0) == (tau_spring_ > 0) ? -given : given;
+int32_t OrthosisCore<P>::wanted_acceleration() const {
+  if (mode_ == Mode::kTorque) {
+    return times(f_command_ - f_s_, p().K_f) + times(v_command_, p().K_d) - times(v_, p().K_d);
   }
-  energy_left_ = limited(left, 3 * p().energy_third);
+  return times(x_command_ - x_, p().K_p) + times(v_command_ - v_, p().K_d) - times(f_command_ + f_s_, p().K_f);
 }
 
 template <class P>
-int32_t OrthosisCore<P>::within_energy(int32_t torque) const {
-  const int32_t third = p().energy_third;
-  if (energy_left_ >= 2 * third) return torque;
-  const auto gone = [&](int32_t of_third) {
-    return static_cast<uint16_t>(of_third > 0 ? 0xFFFF - clamp(times(of_third, p().share_of_third), 0, 0xFFFF)
-                                              : 0xFFFF);
-  };
-  if ((torque > 0) == (v_ > 0)) {
-    const int32_t speed = magnitude(v_);
-    const int32_t moving = speed < p().slow ? clamp(times(speed, p().share_of_slow), 0, 0xFFFF) : 0xFFFF;
-    const uint32_t cut = static_cast<uint32_t>(gone(energy_left_ - third)) * static_cast<uint16_t>(moving);
-    torque -= product(torque, static_cast<uint16_t>(cut >> 16)).high;
-  }
-  return energy_left_ < third ? torque - product(torque, gone(energy_left_)).high : torque;
+int32_t OrthosisCore<P>::allowed_speed(int32_t resisting) const {
+  const int32_t step = resisting >> kResistanceShift;
+  return p().allowed_speed[step < 0 ? 0 : step < kResistanceSteps ? step : kResistanceSteps - 1];
+}
+
+// Far beyond an end the two bounds contradict each other; then the one on speed holds, so that the way back is no
+// throw.
+template <class P>
+int32_t OrthosisCore<P>::bounded(int32_t acceleration) const {
+  const int32_t brake = times(v_, p().k_B), brake_at_end = times(v_, p().k_D);
+  const int32_t up = allowed_speed(larger(tau_spring_, tau_dis_)) - brake;
+  const int32_t down = -allowed_speed(-smaller(tau_spring_, tau_dis_)) - brake;
+  const int32_t up_to_end = times(p().x_max - x_, p().k_E) - brake_at_end;
+  const int32_t down_to_end = times(p().x_min - x_, p().k_E) - brake_at_end;
+  return clamp(acceleration, larger(down, down_to_end), smaller(up, up_to_end));
 }
 
 template <class P>
@@ -269,15 +250,20 @@ void OrthosisCore<P>::move_torque_command() {
       x_command_ = towards(x_command_, clamp(next, p().x_min, p().x_max), p().x_step);
     }
     if (loops_since_frame_ < p().loops_per_frame) ++loops_since_frame_;
-    tau_allowed_ =
-        limited(tau_allowed_ + p().torque_limit / static_cast<int32_t>(p().ramp_loops) + 1, p().torque_limit);
+    tau_allowed_ = limited(tau_allowed_ + p().allowed_step, p().torque_limit);
     bump_ = towards(bump_, 0, bump_step_);
-    int32_t wanted = limited(wanted_torque() + bump_, tau_allowed_);
-    if (mode_ == Mode::kTorque) wanted = within_energy(wanted);
+    const int32_t wanted = limited(bounded(wanted_acceleration() + bump_) + tau_dis_, tau_allowed_);
     tau_command_ = towards(tau_command_, wanted, p().torque_step);
   } else if (phase_ == Phase::kRampDown) {
-    ramp_ -= ramp_step_;
-    tau_command_ = mode_ == Mode::kTorque ? within_energy(ramp_) : ramp_;
+    // The ramp is for what holds the hand against its own spring. What would set it in motion goes at once, and what
+    // drives it on as it moves.
+    const int32_t next = ramp_ - ramp_step_;
+    if (ramp_ > 0) {
+      ramp_ = clamp(smaller(next - times(larger(v_, 0), p().let_go), tau_dis_), 0, ramp_);
+    } else {
+      ramp_ = clamp(larger(next - times(smaller(v_, 0), p().let_go), tau_dis_), ramp_, 0);
+    }
+    tau_command_ = ramp_;
     if (--ramp_left_ == 0) {
       phase_ = (faults_ & kLatched) != 0 ? Phase::kFault : Phase::kSafe;
       tau_command_ = 0;
@@ -300,9 +286,7 @@ void OrthosisCore<P>::give_way(const McuInput& input) {
 
 template <class P>
 McuOutput OrthosisCore<P>::step(const McuInput& input) {
-  const int32_t motor_before = x_motor_;
   sense(input);
-  count_energy(motor_before);
   estimate();
   supervise(input);
   move_torque_command();

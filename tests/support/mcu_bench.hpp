@@ -58,10 +58,9 @@ struct Bench {
   double wound = 0;  // rad, of the spring
 };
 
-// Of what is not about energy.
-inline McuSettings with_ample_energy(McuSettings settings = {}) {
-  settings.torque_energy_j = 2;
-  settings.torque_power_w = 100;
+// Of what is not about power.
+inline McuSettings with_ample_power(McuSettings settings = {}) {
+  settings.power_limit = 1e4;
   return settings;
 }
 

@@ -1,5 +1,5 @@
 // The law of the orthosis MCU in double precision, written from the equations and not from the core: what its scaled
-// integers are judged by. After the start; no frames, no states, and energy without end.
+// integers are judged by. After the start; no frames, no states.
 #pragma once
 
 #include <algorithm>
@@ -34,31 +34,36 @@ class McuReference {
 
   // tau_allowed: what the start ramp leaves of the torque limit.
   double control(double x_ref, double v_ref, double f_ref, double tau_allowed) {
-    const double a_ref = s.K_p * (x_ref - x) + s.K_d * (v_ref - v) - s.K_f * (f_ref + f_s);
-    const double wanted = std::clamp(s.J_n * a_ref + tau_dis, -tau_allowed, tau_allowed);
+    return drive(s.K_p * (x_ref - x) + s.K_d * (v_ref - v) - s.K_f * (f_ref + f_s), tau_allowed);
+  }
+  // TORQUE.
+  double give_torque(double v_ref, double f_ref, double tau_allowed) {
+    return drive(s.K_f * (f_ref - f_s) + s.K_d * (v_ref - v), tau_allowed);
+  }
+
+  // By torque that resists, which the core knows in steps of 1/32 N m.
+  double v_allow(double resisting) const {
+    const double known = (std::clamp(std::floor(resisting * 32), 0.0, 127.0) + 0.5) / 32;
+    return std::min(s.velocity_limit, s.power_limit / (known + 0.1));
+  }
+
+  McuSettings s;
+  bool bounded = false;  // the last acceleration was
+  double x = 0, v = 0, tau_spring = 0, tau_dis = 0, f_s = 0, tau_command = 0;
+
+ private:
+  double drive(double a_ref, double tau_allowed) {
+    constexpr double k_B = 22, k_E = 1400, k_D = 70;
+    const double up = std::min(k_B * (v_allow(std::max(tau_spring, tau_dis)) - v), k_E * (s.range_max - x) - k_D * v);
+    const double down =
+        std::max(k_B * (-v_allow(-std::min(tau_spring, tau_dis)) - v), k_E * (s.range_min - x) - k_D * v);
+    bounded = a_ref > up || a_ref < down;
+    const double wanted = std::clamp(s.J_n * std::clamp(a_ref, down, up) + tau_dis, -tau_allowed, tau_allowed);
     const double step = s.torque_rate_limit / s.loop_hz;
     tau_command = std::clamp(wanted, tau_command - step, tau_command + step);
     return std::clamp(v + s.spring_gain * (tau_command - tau_spring), -s.motor_speed_limit, s.motor_speed_limit);
   }
 
-  // TORQUE. No more acceleration towards an end of the range than stops there, and none beyond the top speed.
-  double give_torque(double v_ref, double f_ref, double tau_allowed) {
-    const double wanted = tau_dis + s.J_n * (s.K_f * (f_ref - f_s) + s.K_d * v_ref);
-    const double top = s.K_d * s.velocity_limit;
-    const double up = std::max(tau_dis, 0.0) + s.J_n * std::clamp(s.K_p * (s.range_max - x), -top, top);
-    const double down = std::min(tau_dis, 0.0) + s.J_n * std::clamp(s.K_p * (s.range_min - x), -top, top);
-    const double tau = std::clamp(std::clamp(wanted, down, up) - s.J_n * s.K_d * v, -tau_allowed, tau_allowed);
-    const double step = s.torque_rate_limit / s.loop_hz;
-    tau_command = std::clamp(tau, tau_command - step, tau_command + step);
-    bounded = wanted > up || wanted < down;
-    return std::clamp(v + s.spring_gain * (tau_command - tau_spring), -s.motor_speed_limit, s.motor_speed_limit);
-  }
-
-  McuSettings s;
-  bool bounded = false;  // the last torque was
-  double x = 0, v = 0, tau_spring = 0, tau_dis = 0, f_s = 0, tau_command = 0;
-
- private:
   bool started_ = false;
   double x_previous_ = 0, dob_ = 0, rtob_ = 0;
 };

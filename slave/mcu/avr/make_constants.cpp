@@ -1,5 +1,6 @@
 // Writes the constants of the firmware: the parameters of the core, worked out from SI on the PC, where there are
 // doubles and where what does not fit is refused.
+#include <cstddef>
 #include <cstdio>
 
 #include "slave/mcu/avr/board_settings.hpp"
@@ -13,6 +14,12 @@ void print(const EncoderUnit& e) {
 }
 void print(std::int32_t value) { std::printf("    %ld,\n", long{value}); }
 void print(std::uint16_t value) { std::printf("    %u,\n", value); }
+template <std::size_t kCount>
+void print(const std::int32_t (&table)[kCount]) {
+  std::printf("    {\n");
+  for (const std::int32_t value : table) print(value);
+  std::printf("    },\n");
+}
 template <class... Values>
 void print_all(const Values&... values) {
   (print(values), ...);
@@ -28,8 +35,8 @@ void print_constants() {
   print_all(p.joint, p.motor, p.spring, p.velocity_filter, p.per_second, p.observer_filter, p.inertia, p.viscous, p.K_p,
             p.K_d, p.K_f, p.spring_gain, p.per_loop, p.angle_telemetry, p.torque_telemetry, p.torque_limit,
             p.torque_step, p.spring_fault, p.sensor_unit, p.sensor_apart, p.motor_speed_limit, p.x_step, p.v_step,
-            p.f_step, p.x_min, p.x_max, p.top_speed_torque, p.torque_at_min, p.torque_at_max, p.energy_third, p.refill,
-            p.share_of_third, p.slow, p.share_of_slow, p.watchdog_loops, p.ramp_loops, p.loops_per_frame,
+            p.f_step, p.x_min, p.x_max, p.v_limit, p.k_B, p.k_D, p.k_E, p.allowed_speed, p.per_ramp_loop,
+            p.per_stop_loop, p.let_go, p.allowed_step, p.watchdog_loops, p.ramp_loops, p.loops_per_frame,
             p.overrun_limit, p.stop_loops, p.release_loops, p.sensor_loops);
   const Gain duty = duty_per_velocity(settings);
   std::printf("};\nconstexpr Gain kDutyPerVelocity = {%u, %u};\n\n", duty.mantissa, duty.right);
