@@ -3,6 +3,8 @@
 // Asio's fences order handlers of other threads; here are none, and the thread sanitizer cannot follow fences.
 #define ASIO_DISABLE_FENCED_BLOCK
 
+#include <linux/filter.h>
+#include <linux/sock_diag.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -12,6 +14,7 @@
 #include <charconv>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 namespace farhand {
 namespace {
@@ -64,6 +67,13 @@ void require_reach(const UdpEndpoint& endpoint, Reach reach) {
 
 }  // namespace
 
+UdpHost host_of(const UdpEndpoint& endpoint) noexcept {
+  UdpHost host;
+  host.v6 = endpoint.v6;
+  std::copy_n(endpoint.address.begin(), endpoint.v6 ? host.network.size() : 4, host.network.begin());
+  return host;
+}
+
 bool UdpEndpoint::is_loopback() const noexcept { return to_address(*this).is_loopback(); }
 
 UdpEndpoint parse_endpoint(std::string_view text, EndpointUse use) {
@@ -100,6 +110,14 @@ struct UdpSocket::Impl {
   std::optional<UdpEndpoint> peer;
   bool connected = false;
   Counters counters;
+  std::uint32_t kernel_said = 0;  // it counts in 32 bits
+  std::uint64_t kernel_dropped = 0;
+
+  // The more the socket holds, the longer may a tick be late while strangers send. The system may give less.
+  void make_room() noexcept {
+    asio::error_code ignored;
+    socket.set_option(udp::socket::receive_buffer_size(1 << 20), ignored);
+  }
 
   void count(const asio::error_code& error) noexcept {
     if (error == asio::error::would_block || error == asio::error::try_again) {
@@ -133,6 +151,7 @@ UdpSocket UdpSocket::listen(const UdpEndpoint& local, Reach reach) {
                              : "";
     throw std::runtime_error("cannot listen on " + to_string(local) + ": " + error.message() + remedy);
   }
+  impl->make_room();
   return UdpSocket(std::move(impl));
 }
 
@@ -145,6 +164,7 @@ UdpSocket UdpSocket::dial(const UdpEndpoint& peer, Reach reach) {
   if (!error) impl->socket.connect(endpoint, error);
   if (!error) impl->socket.non_blocking(true, error);
   if (error) throw std::runtime_error("cannot dial " + to_string(peer) + ": " + error.message());
+  impl->make_room();
   impl->peer = peer;
   impl->connected = true;
   return UdpSocket(std::move(impl));
@@ -173,25 +193,45 @@ bool UdpSocket::send_to(std::span<const std::byte> bytes, const UdpEndpoint& to)
 }
 
 std::optional<UdpSocket::Received> UdpSocket::receive(std::span<std::byte> buffer) noexcept {
-  // An error or a drop is not the end of the queue; but it may not hold us either.
-  for (int attempt = 0; attempt < 16; ++attempt) {
-    asio::error_code error;
-    udp::endpoint sender;
-    // MSG_TRUNC: the kernel returns the true length, so a datagram that was cut to our buffer is not taken for a whole
-    // one.
-    const std::size_t size =
-        impl_->socket.receive_from(asio::mutable_buffer(buffer.data(), buffer.size()), sender, MSG_TRUNC, error);
-    if (error == asio::error::would_block || error == asio::error::try_again) return std::nullopt;
-    if (error) {
-      impl_->count(error);
-    } else if (size > buffer.size()) {
-      ++impl_->counters.oversized;
-    } else {
-      ++impl_->counters.received;
-      return Received{size, from_asio(sender)};
-    }
+  asio::error_code error;
+  udp::endpoint sender;
+  // MSG_TRUNC: the kernel returns the true length, so a datagram that was cut to our buffer is not taken for a whole
+  // one.
+  const std::size_t size =
+      impl_->socket.receive_from(asio::mutable_buffer(buffer.data(), buffer.size()), sender, MSG_TRUNC, error);
+  if (error == asio::error::would_block || error == asio::error::try_again) return std::nullopt;
+  if (error) {
+    impl_->count(error);
+    return Received{.dropped = true};
   }
-  return std::nullopt;
+  if (size > buffer.size()) {
+    ++impl_->counters.oversized;
+    return Received{.dropped = true};
+  }
+  ++impl_->counters.received;
+  return Received{size, from_asio(sender)};
+}
+
+bool UdpSocket::refuse_longer_than(std::size_t bytes) noexcept {
+  constexpr std::uint32_t kHeaderBytes = 8;  // of UDP: the filter sees it too
+  sock_filter code[] = {
+      {BPF_LD | BPF_W | BPF_LEN, 0, 0, 0},
+      {BPF_JMP | BPF_JGT | BPF_K, 0, 1, static_cast<std::uint32_t>(bytes) + kHeaderBytes},
+      {BPF_RET | BPF_K, 0, 0, 0},           // longer: drop
+      {BPF_RET | BPF_K, 0, 0, 0x7FFFFFFF},  // else take it whole
+  };
+  const sock_fprog program{std::size(code), code};
+  return ::setsockopt(native_handle(), SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) == 0;
+}
+
+std::uint64_t UdpSocket::dropped_by_kernel() const noexcept {
+  std::array<std::uint32_t, SK_MEMINFO_VARS> said{};
+  socklen_t size = sizeof said;
+  if (::getsockopt(native_handle(), SOL_SOCKET, SO_MEMINFO, said.data(), &size) == 0 &&
+      size > SK_MEMINFO_DROPS * sizeof said[0]) {
+    impl_->kernel_dropped += said[SK_MEMINFO_DROPS] - std::exchange(impl_->kernel_said, said[SK_MEMINFO_DROPS]);
+  }
+  return impl_->kernel_dropped;
 }
 
 void UdpSocket::accept(const UdpEndpoint& sender) noexcept {

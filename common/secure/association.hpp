@@ -33,7 +33,8 @@ class Association {
   State state() const noexcept { return state_; }
   const std::string& why() const noexcept { return why_; }  // refused or failed
   const UdpEndpoint& peer() const noexcept { return peer_; }
-  Nanoseconds begun() const noexcept { return begun_; }
+  // The peer has shown that it knows the key.
+  bool authentic() const noexcept { return dtls_->state() == Dtls::State::kConnected; }
 
   std::unique_ptr<MediaSession> make_session() const;  // once agreed
   std::vector<Bytes> take_outgoing() { return std::exchange(outgoing_, {}); }

@@ -6,6 +6,7 @@
 
 #include "common/secure/association.hpp"
 #include "common/secure/dtls.hpp"
+#include "common/secure/places.hpp"
 
 namespace farhand {
 namespace {
@@ -91,7 +92,7 @@ class Listener final : public Handshaker {
     Caller* caller = find(datagram.peer);
     if (is_client_hello(bytes)) {
       const Random random = random_of(bytes);
-      if (caller == nullptr || caller->random != random) return answer(datagram, random, now);
+      if (caller == nullptr || caller->random != random) return answer(datagram, random, caller, now);
     }
     if (caller == nullptr) return;
     caller->association->receive(bytes, now);
@@ -110,15 +111,15 @@ class Listener final : public Handshaker {
 
  private:
   using Random = std::array<std::byte, kRandomBytes>;
+  // A caller must receive our cookie to take a place (places.hpp). One that begins anew stays in its place with its
+  // age, and does so twice a second at most, because each beginning costs the arithmetic of a key exchange.
   struct Caller {
     Random random;
     std::unique_ptr<Association> association;
+    Nanoseconds since = 0, begun = 0;  // first and newest hello
     bool told = false;
   };
-  // More than one patient's box and its restarts ever need. A caller must receive our cookie to take a place, and then
-  // holds it for a second at least, so that a flood of callers delays the right one and cannot starve it for good.
-  static constexpr std::size_t kPlaces = 8;
-  static constexpr Nanoseconds kPlaceFor = kSecond;
+  static constexpr Nanoseconds kRenewed = kSecond / 2;
 
   static Random random_of(std::span<const std::byte> hello) {
     Random random;
@@ -132,28 +133,31 @@ class Listener final : public Handshaker {
     return at != callers_.end() ? &*at : nullptr;
   }
 
-  void answer(const HandshakeDatagram& datagram, const Random& random, Nanoseconds now) {
+  void answer(const HandshakeDatagram& datagram, const Random& random, Caller* known, Nanoseconds now) {
+    if (known != nullptr && now - known->begun < kRenewed) return;
     if (!fresh_) fresh_ = std::make_unique<Dtls>(context_);
     const bool verified = fresh_->listen(datagram.view(), datagram.peer);
     for (const Bytes& bytes : fresh_->take_written()) outgoing_.push_back(to_datagram(datagram.peer, bytes));
     if (!verified) return;
-    std::erase_if(callers_, [&](const Caller& caller) { return caller.association->peer() == datagram.peer; });
-    if (callers_.size() == kPlaces && !make_room(now)) {
+    Caller* const place = known != nullptr ? known : make_room(datagram.peer, now);
+    if (place == nullptr) {
       fresh_.reset();
       return;
     }
-    callers_.push_back(
-        {random, std::make_unique<Association>(LinkEnd::kListener, std::move(fresh_), own_, datagram.peer, now)});
-    look(callers_.back());
+    const Nanoseconds since = place == known ? known->since : now;
+    *place = {random, std::make_unique<Association>(LinkEnd::kListener, std::move(fresh_), own_, datagram.peer, now),
+              since, now};
+    look(*place);
   }
 
-  bool make_room(Nanoseconds now) {
-    const auto oldest = std::min_element(callers_.begin(), callers_.end(), [](const Caller& a, const Caller& b) {
-      return a.association->begun() < b.association->begun();
+  Caller* make_room(const UdpEndpoint& newcomer, Nanoseconds now) {
+    if (callers_.size() < kHandshakePlaces) return &callers_.emplace_back();
+    std::array<PlaceTaken, kHandshakePlaces> taken;
+    std::transform(callers_.begin(), callers_.end(), taken.begin(), [](const Caller& caller) {
+      return PlaceTaken{host_of(caller.association->peer()), caller.since, caller.association->authentic()};
     });
-    if (now - oldest->association->begun() < kPlaceFor) return false;
-    callers_.erase(oldest);
-    return true;
+    const std::optional<std::size_t> room = who_makes_room(taken, host_of(newcomer), now);
+    return room ? &callers_[*room] : nullptr;
   }
 
   void look(Caller& caller) {
