@@ -32,11 +32,13 @@ void print_way(const char* name, const scene::Path& path, const ShimWay& way) {
   print_row("asked", way.entered, way.lost, way.asked);
   print_row("achieved", way.entered, way.entered - way.achieved.count() - way.waiting.size(), way.achieved);
   std::printf(
-      "  own lateness p50 %.3f, p99 %.3f, max %.3f ms; overflow %llu, not sendable %llu, too long %llu, still waiting "
+      "  own lateness p50 %.3f, p99 %.3f, max %.3f ms; overflow %llu, not sendable %llu, too long %llu, dropped "
+      "by the kernel %llu, still waiting "
       "%zu\n",
       1e3 * way.lateness.quantile_s(0.5), 1e3 * way.lateness.quantile_s(0.99), 1e3 * way.lateness.max_s(),
       static_cast<unsigned long long>(way.overflow), static_cast<unsigned long long>(way.unsent),
-      static_cast<unsigned long long>(way.in->counters().oversized), way.waiting.size());
+      static_cast<unsigned long long>(way.in->counters().oversized),
+      static_cast<unsigned long long>(way.in->dropped_by_kernel()), way.waiting.size());
 }
 
 int run(const Options& options) {

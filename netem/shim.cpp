@@ -36,6 +36,9 @@ Shim::Shim(const UdpEndpoint& listen, const UdpEndpoint& master, const LinkModel
   // The first question makes the kernel stamp what comes from now on.
   arrival(forward_);
   arrival(backward_);
+  for (UdpSocket* socket : {&to_slave_, &to_master_}) {
+    socket->refuse_longer_than(PendingDatagrams::kMaxBytes - sizeof(Stamp));
+  }
 }
 
 void Shim::run(Nanoseconds duration, const StopSignals& stop, const OnPacket& on_packet) {
@@ -80,6 +83,7 @@ void Shim::take_in(ShimWay& way, const OnPacket& on_packet) {
   for (int i = 0; i < 64; ++i) {
     const auto received = way.in->receive(room);
     if (!received) return;
+    if (received->dropped) continue;
     way.in->accept(received->sender);
     const Nanoseconds entered = arrival(way);
     way.newest_arrival_ns = entered;

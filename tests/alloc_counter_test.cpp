@@ -123,6 +123,7 @@ TEST_F(Counter, ZeroInTheLoopAndInItsEdgesAfterTheFirstTick) {
       ++received;
     }
     dialer.receive(buffer);
+    EXPECT_EQ(listener.dropped_by_kernel(), 0u);
     latest.write({});
     printer.show({});
     input.poll();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "common/record/sample_codec.hpp"
 #include "common/runtime/station_loop.hpp"
 
 namespace farhand {
@@ -31,7 +32,10 @@ class FloodedLink final : public PeerLink {
   void accept() noexcept override {}
   bool send(std::span<const std::byte>) noexcept override { return true; }
   bool called(Nanoseconds) noexcept override { return true; }
+  LinkDrops drops() const noexcept override { return dropped; }
   const UdpSocket& socket() const noexcept override { return socket_; }
+
+  LinkDrops dropped;
 
  private:
   PacketCodec<1> codec_;
@@ -79,6 +83,25 @@ TEST(Flood, OfTwentyDatagramsForEachPacketLosesNone) {
   EXPECT_EQ(flooded.side->receiver().counters().received, 200u);
   EXPECT_EQ(flooded.link.most_asked, 22);
   EXPECT_EQ(flooded.loop.counters({}).rejected_format + flooded.loop.counters({}).rejected_checksum, 2000u);
+}
+
+TEST(Flood, EachKindOfDropIsCountedRecordedAndShown) {
+  Flooded flooded;
+  flooded.link.dropped = {.too_long = 1, .by_kernel = 20, .foreign = 300, .handshake = 4000, .send_failed = 50'000};
+  const StationCounters counted = flooded.loop.counters({});
+  record::Counters message;
+  encode(counted, message);
+  const StationCounters read = decode(message);
+  for (const StationCounters& c : {counted, read}) {
+    EXPECT_EQ(c.dropped_too_long, 1u);
+    EXPECT_EQ(c.dropped_by_kernel, 20u);
+    EXPECT_EQ(c.rejected_foreign, 300u);
+    EXPECT_EQ(c.dropped_handshake, 4000u);
+    EXPECT_EQ(c.send_failed, 50'000u);
+  }
+  EXPECT_EQ(format_live_status({}).find("dropped"), std::string::npos) << "nothing to say";
+  EXPECT_NE(format_live_status({.dropped = 4321, .unsent = 50'000}).find("  dropped 4321  not sent 50000"),
+            std::string::npos);
 }
 
 }  // namespace

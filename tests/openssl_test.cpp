@@ -60,6 +60,7 @@ Outcome call_with(const Arguments& arguments, double patience_s) {
   std::array<std::byte, 2048> buffer;
   for (int look = 0; look * 0.05 < patience_s && client.running() && !outcome.connected; ++look) {
     while (const auto received = socket.receive(buffer)) {
+      if (received->dropped) continue;
       outcome.heard = true;
       const std::span<const std::byte> datagram = std::span(buffer).first(received->size);
       if (!verified) {

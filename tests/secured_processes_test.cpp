@@ -65,6 +65,7 @@ class Path {
         UdpSocket& from = up ? to_slave_ : to_master_;
         UdpSocket& to = up ? to_master_ : to_slave_;
         while (const auto received = from.receive(buffer)) {
+          if (received->dropped) continue;
           if (up) to_slave_.accept(received->sender);
           pass(std::span(buffer).first(received->size), to, up ? &foreign : nullptr);
         }

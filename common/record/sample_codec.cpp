@@ -71,6 +71,11 @@ void encode(const StationCounters& counters, record::Counters& message) {
   message.set_serial_received(counters.serial_received);
   message.set_record_overflow(counters.record_overflow);
   message.set_record_unwritten(counters.record_unwritten);
+  message.set_rejected_foreign(counters.rejected_foreign);
+  message.set_dropped_too_long(counters.dropped_too_long);
+  message.set_dropped_by_kernel(counters.dropped_by_kernel);
+  message.set_dropped_handshake(counters.dropped_handshake);
+  message.set_send_failed(counters.send_failed);
 }
 
 StationSample decode(const record::StationSample& message) {
@@ -143,6 +148,11 @@ StationCounters decode(const record::Counters& message) {
   counters.serial_received = message.serial_received();
   counters.record_overflow = message.record_overflow();
   counters.record_unwritten = message.record_unwritten();
+  counters.rejected_foreign = message.rejected_foreign();
+  counters.dropped_too_long = message.dropped_too_long();
+  counters.dropped_by_kernel = message.dropped_by_kernel();
+  counters.dropped_handshake = message.dropped_handshake();
+  counters.send_failed = message.send_failed();
   return counters;
 }
 

@@ -58,6 +58,9 @@ struct StationCounters {
                 rejected_expired = 0, rejected_not_finite = 0, serial_crc_errors = 0, serial_sent = 0,
                 serial_received = 0, record_overflow = 0,
                 record_unwritten = 0;  // samples that the ring, or the disk, had no room for
+  // Datagrams, as LinkDrops has them.
+  std::uint64_t rejected_foreign = 0, dropped_too_long = 0, dropped_by_kernel = 0, dropped_handshake = 0,
+                send_failed = 0;
 };
 
 // What a wall clock measured; NaN where nobody did. The worse of the two sides.

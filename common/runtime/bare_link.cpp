@@ -10,13 +10,16 @@ namespace {
 
 class BareLink final : public PeerLink {
  public:
-  explicit BareLink(UdpSocket socket) : socket_(std::move(socket)) {}
+  explicit BareLink(UdpSocket socket) : socket_(std::move(socket)) {
+    socket_.refuse_longer_than(MediaSession::kLargestDatagram);
+  }
 
   void advance(Nanoseconds) noexcept override {}
 
   Received receive(std::span<std::byte> buffer, Nanoseconds, std::span<const std::byte>& packet) noexcept override {
     const std::optional<UdpSocket::Received> datagram = socket_.receive(buffer);
     if (!datagram) return Received::kNothing;
+    if (datagram->dropped) return Received::kOther;
     sender_ = datagram->sender;
     packet = buffer.first(datagram->size);
     return Received::kPacket;

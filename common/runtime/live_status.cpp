@@ -29,6 +29,10 @@ std::string limits_text(const char* who, std::uint32_t limits) {
   return text.empty() ? "" : std::string("  ") + who + ": " + text;
 }
 
+std::string count_text(const char* what, std::uint64_t count) {
+  return count == 0 ? "" : std::string("  ") + what + " " + std::to_string(count);
+}
+
 // A reader that does not read must not hold up the end of the session.
 void write_if_ready(int fd, const std::string& text) {
   pollfd ready{fd, POLLOUT, 0};
@@ -44,7 +48,8 @@ std::string format_live_status(const LiveStatus& s) {
                 "%7.1f s  %-9s  x_m %+7.3f  x_s %+7.3f rad  f_m %+7.3f  f_s %+7.3f N m  RTT %s ms  loss %s %%", s.t_s,
                 name_of(s.state), s.x_m_rad, s.x_s_rad, s.f_m_nm, s.f_s_nm,
                 number_or_dash("%.1f", 1e3 * s.rtt_s).c_str(), number_or_dash("%.1f", 1e2 * s.loss_share).c_str());
-  return text + limits_text("therapist", s.therapist_limits) + limits_text("patient", s.patient_limits);
+  return text + count_text("dropped", s.dropped) + count_text("not sent", s.unsent) +
+         limits_text("therapist", s.therapist_limits) + limits_text("patient", s.patient_limits);
 }
 
 LiveStatusPrinter::LiveStatusPrinter(bool quiet, int fd) : fd_(fd), terminal_(isatty(fd) != 0) {

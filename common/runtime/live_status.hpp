@@ -20,6 +20,7 @@ struct LiveStatus {
   double rtt_s = 0;                                        // NaN while unknown
   double loss_share = 0;                                   // of the packets from the peer, 0..1; NaN while unknown
   std::uint32_t therapist_limits = 0, patient_limits = 0;  // LimitBit, those that are near too
+  std::uint64_t dropped = 0, unsent = 0;                   // datagrams that were not taken, and that did not leave
 };
 
 std::string format_live_status(const LiveStatus& status);

@@ -15,6 +15,22 @@
 
 namespace farhand {
 
+// Datagrams that came to nothing before anybody decoded them, and those that did not leave.
+struct LinkDrops {
+  std::uint64_t too_long = 0;     // longer than any of ours
+  std::uint64_t by_kernel = 0;    // too long as well, or the socket was full
+  std::uint64_t foreign = 0;      // of an address that no session is bound to
+  std::uint64_t handshake = 0;    // of handshakes: beyond the budget of their host, or the queue was full
+  std::uint64_t send_failed = 0;  // refused by the system, or nobody listens there
+};
+
+inline LinkDrops drops_of(const UdpSocket& socket) noexcept {
+  const UdpSocket::Counters& c = socket.counters();
+  return {.too_long = c.oversized,
+          .by_kernel = socket.dropped_by_kernel(),
+          .send_failed = c.would_block + c.refused + c.errors};
+}
+
 class PeerLink {
  public:
   virtual ~PeerLink() = default;
@@ -36,6 +52,7 @@ class PeerLink {
   // The peer is authentic and does not fit: said on stderr by then.
   virtual bool refused() const noexcept { return false; }
   virtual const ChannelCounters* security() const noexcept { return nullptr; }  // of the secured link
+  virtual LinkDrops drops() const noexcept { return drops_of(socket()); }
 
   virtual const UdpSocket& socket() const noexcept = 0;
 };

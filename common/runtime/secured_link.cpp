@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstdio>
 #include <exception>
+#include <random>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "common/runtime/peer_link.hpp"
 #include "common/runtime/run_loop.hpp"
 #include "common/secure/handshaker.hpp"
+#include "common/secure/host_budget.hpp"
 
 namespace farhand {
 namespace {
@@ -33,6 +35,7 @@ class SecuredLink final : public PeerLink {
         channel_(socket_.peer() ? LinkEnd::kDialer : LinkEnd::kListener),
         handshaker_(socket_.peer() ? Handshaker::dialer(key, own, *socket_.peer()) : Handshaker::listener(key, own)),
         wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+    socket_.refuse_longer_than(MediaSession::kLargestDatagram);
     if (wake_ < 0) throw std::runtime_error("the system gives no event descriptor for the secured link");
     thread_ = std::thread([this] { shake_hands(); });
   }
@@ -60,6 +63,7 @@ class SecuredLink final : public PeerLink {
   Received receive(std::span<std::byte> buffer, Nanoseconds now, std::span<const std::byte>& packet) noexcept override {
     const std::optional<UdpSocket::Received> datagram = socket_.receive(buffer);
     if (!datagram) return Received::kNothing;
+    if (datagram->dropped) return Received::kOther;
     std::span<std::byte> opened;
     switch (channel_.open(buffer.first(datagram->size), datagram->sender, now, opened)) {
       case SecureChannel::Incoming::kPacket:
@@ -67,8 +71,12 @@ class SecuredLink final : public PeerLink {
         return Received::kPacket;
       case SecureChannel::Incoming::kHandshake:
         // No room: lost like on the network, and said again by whoever means it.
-        incoming_.push(to_datagram(datagram->sender, buffer.first(datagram->size)));
-        wake();
+        if (budget_.take(datagram->sender, now) &&
+            incoming_.push(to_datagram(datagram->sender, buffer.first(datagram->size)))) {
+          wake();
+        } else {
+          ++handshakes_dropped_;
+        }
         return Received::kOther;
       case SecureChannel::Incoming::kRejected:
         break;
@@ -97,6 +105,12 @@ class SecuredLink final : public PeerLink {
 
   bool refused() const noexcept override { return refused_.load(std::memory_order_acquire); }
   const ChannelCounters* security() const noexcept override { return &channel_.counters(); }
+  LinkDrops drops() const noexcept override {
+    LinkDrops drops = drops_of(socket_);
+    drops.handshake = handshakes_dropped_ + answers_dropped_.load(std::memory_order_relaxed);
+    drops.foreign = channel_.counters().foreign + channel_.counters().no_session;
+    return drops;
+  }
   const UdpSocket& socket() const noexcept override { return socket_; }
 
  private:
@@ -133,7 +147,9 @@ class SecuredLink final : public PeerLink {
     HandshakeDatagram datagram;
     while (incoming_.pop(datagram)) handshaker_->receive(datagram, now);
     handshaker_->advance(now);
-    while (handshaker_->take_outgoing(datagram)) outgoing_.push(datagram);
+    while (handshaker_->take_outgoing(datagram)) {
+      if (!outgoing_.push(datagram)) answers_dropped_.fetch_add(1, std::memory_order_relaxed);
+    }
     while (std::unique_ptr<MediaSession> session = handshaker_->take_session()) {
       if (made_.push(session.get())) {
         static_cast<void>(session.release());
@@ -165,11 +181,14 @@ class SecuredLink final : public PeerLink {
   UdpSocket socket_;
   std::string program_;
   SecureChannel channel_;
+  HostBudget budget_{std::random_device{}()};
+  std::uint64_t handshakes_dropped_ = 0;
 
   // Between.
   SpscRing<HandshakeDatagram> incoming_{64}, outgoing_{64};
   SpscRing<MediaSession*> made_{16}, over_{16};
   std::atomic<bool> stop_{false}, refused_{false};
+  std::atomic<std::uint64_t> answers_dropped_{0};
 
   // The handshake thread's.
   std::unique_ptr<Handshaker> handshaker_;

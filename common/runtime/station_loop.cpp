@@ -15,6 +15,12 @@ namespace {
 constexpr int kDatagramsPerTick = 256;  // a flood is answered by dropping the rest until the next tick
 constexpr int kTicksToRest = 300;
 
+// Datagrams that came and were not taken, for whatever reason.
+std::uint64_t dropped(const StationCounters& c) noexcept {
+  return c.duplicate + c.rejected_checksum + c.rejected_format + c.rejected_session + c.rejected_expired +
+         c.rejected_not_finite + c.rejected_foreign + c.dropped_too_long + c.dropped_by_kernel + c.dropped_handshake;
+}
+
 }  // namespace
 
 StationLoop::StationLoop(Side& side, Role role, double duration_s, const StationPorts& ports)
@@ -106,14 +112,22 @@ void StationLoop::show(double t_s) noexcept {
   const std::uint32_t peer_limits = side_.receiver().newest().limits;
   s.therapist_limits = leader ? trace.limits : peer_limits;
   s.patient_limits = leader ? peer_limits : trace.limits;
+  const StationCounters totals = counted();
+  s.dropped = dropped(totals);
+  s.unsent = totals.send_failed;
   ports_.status->show(s);
 }
 
 StationCounters StationLoop::counters(const RunStats& stats) const noexcept {
-  StationCounters total = counters_of(side_.receiver().counters());
+  StationCounters total = counted();
   total.ticks = stats.ticks;
   total.overruns = stats.overruns;
   total.missed_ticks = stats.missed;
+  return total;
+}
+
+StationCounters StationLoop::counted() const noexcept {
+  StationCounters total = counters_of(side_.receiver().counters());
   total.sent = sent_;
   total.rejected_checksum = rejected_[static_cast<std::size_t>(DecodeResult::kChecksum)];
   for (std::size_t i = 1; i < rejected_.size(); ++i) {
@@ -122,8 +136,14 @@ StationCounters StationLoop::counters(const RunStats& stats) const noexcept {
   if (const ChannelCounters* security = ports_.link->security()) {
     total.rejected_checksum += security->forged;
     total.duplicate += security->replayed;
-    total.rejected_format += security->malformed + security->foreign + security->no_session;
+    total.rejected_format += security->malformed;
   }
+  const LinkDrops drops = ports_.link->drops();
+  total.rejected_foreign = drops.foreign;
+  total.dropped_too_long = drops.too_long;
+  total.dropped_by_kernel = drops.by_kernel;
+  total.dropped_handshake = drops.handshake;
+  total.send_failed = drops.send_failed;
   const SerialCounters serial = side_.serial_counters();
   total.serial_sent = serial.sent;
   total.serial_received = serial.received;
@@ -164,6 +184,19 @@ void print_security(const char* role, const ChannelCounters& c) {
       number(c.foreign), number(c.no_session), number(c.malformed));
 }
 
+void print_drops(const char* role, const StationCounters& c) {
+  if (dropped(c) + c.send_failed == 0) return;
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  std::printf(
+      "farhand-%s: dropped: %llu datagrams: %llu too long, %llu by the system (too long, or no room), %llu of another "
+      "address, "
+      "%llu handshakes beyond their share, %llu forged or damaged, %llu repeated, %llu of no format, %llu of another "
+      "session, %llu expired, %llu not finite; %llu not sent\n",
+      role, number(dropped(c)), number(c.dropped_too_long), number(c.dropped_by_kernel), number(c.rejected_foreign),
+      number(c.dropped_handshake), number(c.rejected_checksum), number(c.duplicate), number(c.rejected_format),
+      number(c.rejected_session), number(c.rejected_expired), number(c.rejected_not_finite), number(c.send_failed));
+}
+
 }  // namespace
 
 int run_station(const StationSession& session) {
@@ -188,6 +221,7 @@ int run_station(const StationSession& session) {
   finish_recorder(recorder.get(), counters);
   print_loop(role, stats);
   if (const ChannelCounters* security = session.link.security()) print_security(role, *security);
+  print_drops(role, counters);
   return exit_code(stats, session.side, session.link);
 }
 

@@ -42,6 +42,7 @@ class StationLoop {
   StationCounters counters(const RunStats& stats) const noexcept;
 
  private:
+  StationCounters counted() const noexcept;  // all but what the loop's schedule counts
   void receive(Nanoseconds now) noexcept;
   OperatorAct next_act(Nanoseconds now, double t_s) noexcept;
   void record(const TickTime& time, double t_s, OperatorAct act) noexcept;
