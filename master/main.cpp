@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/runtime/link_options.hpp"
+#include "common/runtime/operator_notices.hpp"
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 
@@ -24,13 +25,16 @@ struct Options {
 enum class Waited { kPeer, kNobody, kRefused, kStopped };
 
 // The clock of the session starts when the patient's box is first heard.
-Waited wait_for_peer(PeerLink& link, double wait_s, const StopSignals& stop) {
+Waited wait_for_peer(PeerLink& link, double wait_s, const StopSignals& stop, SuspendSignal& suspend,
+                     OperatorInput& operator_input) {
   constexpr int kLook_ms = 5;
   constexpr Nanoseconds kLastWord = kSecond;  // in which a refused peer hears why
   Nanoseconds end = monotonic_now() + from_seconds(wait_s);
   bool refused = false;
   while (monotonic_now() < end) {
     if (stop.signal() != 0) return refused ? Waited::kRefused : Waited::kStopped;
+    operator_input.wait(monotonic_now());
+    if (suspend.asked()) suspend.suspend();  // nothing moves yet
     if (link.called(monotonic_now())) return Waited::kPeer;
     if (link.refused() && !std::exchange(refused, true)) end = monotonic_now() + kLastWord;
     pollfd ready{link.socket().native_handle(), POLLIN, 0};
@@ -47,18 +51,21 @@ int run(const Options& options) {
   const std::unique_ptr<PeerLink> link = open_link(options.link, options.listen, StationRole::kTherapist, scene);
   require_recordable(options.record);
   const StopSignals stop;
+  SuspendSignal suspend;
   OperatorInput operator_input;
+  const OperatorNotices notices("farhand-master", operator_input);
   std::printf("listening %s\n", to_string(link->socket().local_endpoint()).c_str());
   std::fflush(stdout);
 
-  const Waited waited = wait_for_peer(*link, options.wait_s, stop);
+  const Waited waited = wait_for_peer(*link, options.wait_s, stop, suspend, operator_input);
   if (waited == Waited::kStopped) return kExitStopped;
   if (waited == Waited::kRefused) return kExitUsage;
   if (waited == Waited::kNobody) {
     std::fprintf(stderr, "farhand-master: no patient's box called within %g s (--wait sets this)\n", options.wait_s);
     return kExitFailed;
   }
-  return run_station({loaded, *side, Role::kLeader, *link, operator_input, stop, options.record, options.quiet});
+  return run_station(
+      {loaded, *side, Role::kLeader, *link, operator_input, stop, suspend, options.record, options.quiet});
 }
 
 int main(int argc, char** argv) {

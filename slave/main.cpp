@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "common/runtime/link_options.hpp"
+#include "common/runtime/operator_notices.hpp"
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 
@@ -36,9 +37,11 @@ int run(const Options& options) {
   const std::unique_ptr<Side> side = make_side(loaded, options.serial);
   const std::unique_ptr<PeerLink> link = open_link(options.link, options.peer, StationRole::kPatient, loaded.scene);
   const StopSignals stop;
+  SuspendSignal suspend;
   OperatorInput operator_input;
-  const int code = run_station(
-      {loaded, *side, Role::kFollower, *link, operator_input, stop, options.record, options.quiet, &stop_input});
+  const OperatorNotices notices("farhand-slave", operator_input);
+  const int code = run_station({loaded, *side, Role::kFollower, *link, operator_input, stop, suspend, options.record,
+                                options.quiet, &stop_input});
   if (stop_input.broken()) {
     std::fprintf(stderr, "farhand-slave: the patient's stop input '%s' has ended, and that stopped the hand\n",
                  options.stop_input.c_str());

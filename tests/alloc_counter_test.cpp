@@ -126,7 +126,7 @@ TEST_F(Counter, ZeroInTheLoopAndInItsEdgesAfterTheFirstTick) {
     EXPECT_EQ(listener.dropped_by_kernel(), 0u);
     latest.write({});
     printer.show({});
-    input.poll();
+    input.poll(time.now_ns);
     if (time.index % 2 == 0 && write(pedal[1], "x", 1) != 1) return false;
     presses += stop_input.pressed() + stop_file.pressed();
     last = touched();

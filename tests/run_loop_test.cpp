@@ -1,5 +1,4 @@
-// The heartbeat and what hangs on it: schedule, stop signals, real-time wishes, exchange between threads, operator,
-// live line.
+// The heartbeat and what hangs on it: schedule, stop signals, real-time wishes, exchange between threads, live line.
 #include "common/runtime/run_loop.hpp"
 
 #include <fcntl.h>
@@ -20,7 +19,6 @@
 
 #include "common/runtime/latest.hpp"
 #include "common/runtime/live_status.hpp"
-#include "common/runtime/operator_input.hpp"
 #include "tests/support/pipe.hpp"
 
 namespace farhand {
@@ -131,7 +129,7 @@ TEST_P(StopSignal, StopsTheLoopSafelyHoweverOftenItComes) {
   EXPECT_EQ(stats.cause, StopCause::kSignal);
   EXPECT_EQ(stats.signal, GetParam());
 }
-INSTANTIATE_TEST_SUITE_P(Each, StopSignal, testing::Values(SIGINT, SIGTERM, SIGHUP));
+INSTANTIATE_TEST_SUITE_P(Each, StopSignal, testing::Values(SIGINT, SIGQUIT, SIGTERM, SIGHUP, SIGUSR1, SIGALRM));
 
 TEST(StopSignals, RestoresTheHandlersThatWereThereBefore) {
   struct sigaction before {};
@@ -185,121 +183,6 @@ TEST(Latest, ReaderSeesWholeValuesInOrderAndTheLastOne) {
   }
   writer.join();
   EXPECT_FALSE(latest.read(value));
-}
-
-TEST(OperatorInput, ReadsOneWordPerLine) {
-  Pipe pipe;
-  OperatorInput input(pipe.out());
-  EXPECT_EQ(input.poll(), std::nullopt);
-  pipe.say("engage\nhold\r\n  reset \t\n\nhome\n");
-  EXPECT_EQ(input.poll(), OperatorAct::kEngage);
-  EXPECT_EQ(input.poll(), OperatorAct::kHold);
-  EXPECT_EQ(input.poll(), OperatorAct::kReset);
-  EXPECT_EQ(input.poll(), OperatorAct::kHome);
-  EXPECT_EQ(input.poll(), std::nullopt);
-  EXPECT_EQ(input.not_understood(), 0u);
-}
-
-// However much lies before it, also while earlier lines still wait for their turn.
-TEST(OperatorInput, AStopOvertakesWhatWasAskedBefore) {
-  Pipe pipe;
-  OperatorInput input(pipe.out());
-  std::string many;
-  for (int i = 0; i < 40; ++i) many += "hold\n";
-  pipe.say(many);
-  EXPECT_EQ(input.poll(), OperatorAct::kHold);
-  EXPECT_EQ(input.not_understood(), 40u - 32u);
-  pipe.say("engage\nstop\nreset\n");
-  EXPECT_EQ(input.poll(), OperatorAct::kStop);
-  EXPECT_EQ(input.poll(), OperatorAct::kReset);
-  EXPECT_EQ(input.poll(), std::nullopt);
-}
-
-TEST(OperatorInput, JoinsALineThatComesInPieces) {
-  Pipe pipe;
-  OperatorInput input(pipe.out());
-  pipe.say("eng");
-  EXPECT_EQ(input.poll(), std::nullopt);
-  pipe.say("age\n");
-  EXPECT_EQ(input.poll(), OperatorAct::kEngage);
-}
-
-TEST(OperatorInput, CountsWhatItDoesNotUnderstandAndGoesOn) {
-  Pipe pipe;
-  OperatorInput input(pipe.out());
-  pipe.say("engage now\nENGAGE\n" + std::string(100, 'x') + "\nengageengageengage\nengag\x01e\nhold\n");
-  std::optional<OperatorAct> act;
-  for (int i = 0; i < 20 && !act; ++i) act = input.poll();
-  EXPECT_EQ(act, OperatorAct::kHold);
-  EXPECT_EQ(input.not_understood(), 5u);
-}
-
-TEST(OperatorInput, AnEndedInputIsSilentAndItsLastLineCounts) {
-  Pipe pipe;
-  OperatorInput input(pipe.out());
-  pipe.say("engage");
-  EXPECT_EQ(input.poll(), std::nullopt);
-  pipe.finish();
-  EXPECT_EQ(input.poll(), OperatorAct::kEngage);
-  EXPECT_TRUE(input.closed());
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(input.poll(), std::nullopt);
-}
-
-TEST(OperatorInput, AClosedDescriptorIsAnEndedInput) {
-  Pipe pipe;
-  const int fd = dup(pipe.out());
-  close(fd);
-  OperatorInput input(fd);
-  EXPECT_EQ(input.poll(), std::nullopt);
-  EXPECT_TRUE(input.closed());
-}
-
-// A terminal needs its own session leader to be in the foreground of, so the test runs in a child process.
-TEST(OperatorInput, TakesKeysFromATerminalAndRestoresIt) {
-  const int master = posix_openpt(O_RDWR | O_NOCTTY);
-  ASSERT_GE(master, 0);
-  grantpt(master);
-  unlockpt(master);
-  const std::string name = ptsname(master);
-  const pid_t child = fork();
-  if (child == 0) {
-    setsid();
-    const int fd = open(name.c_str(), O_RDWR);  // becomes the controlling terminal
-    termios before{}, during{}, after{};
-    tcgetattr(fd, &before);
-    int failures = 0;
-    {
-      OperatorInput input(fd);
-      tcgetattr(fd, &during);
-      failures += (during.c_lflag & (ICANON | ECHO)) != 0;
-      failures += (during.c_lflag & ISIG) == 0;
-      failures += input.poll() != std::nullopt;
-      failures += write(master, "x", 1) != 1;
-      const std::pair<char, OperatorAct> wanted[] = {{'e', OperatorAct::kEngage}, {'h', OperatorAct::kHold},
-                                                     {'s', OperatorAct::kStop},   {'r', OperatorAct::kReset},
-                                                     {'o', OperatorAct::kHome},   {'i', OperatorAct::kIdentify},
-                                                     {'q', OperatorAct::kStop}};
-      for (const auto& [key, act] : wanted) {
-        failures += write(master, &key, 1) != 1;
-        std::optional<OperatorAct> got;
-        for (int i = 0; i < 2000 && !got; ++i) {
-          got = input.poll();
-          if (!got) usleep(1000);
-        }
-        failures += got != act;
-      }
-      failures += input.not_understood() != 1;
-      failures += input.closed();
-    }
-    tcgetattr(fd, &after);
-    failures += after.c_lflag != before.c_lflag;
-    _exit(failures);
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 0);
-  close(master);
 }
 
 TEST(LiveStatus, ShowsEveryNumberAndDashesForTheUnknown) {

@@ -63,6 +63,10 @@ TickTime LoopSchedule::wait() noexcept {
       stats_.cause = signal != 0 ? StopCause::kSignal : StopCause::kDuration;
     }
   }
+  if (!time_.suspending && params_.suspend != nullptr && params_.suspend->asked()) {
+    time_.suspending = true;
+    suspending_since_ns_ = now;
+  }
   next_ns_ = time_.deadline_ns + params_.period_ns;
   return time_;
 }
@@ -75,7 +79,12 @@ bool LoopSchedule::done(bool go_on) noexcept {
   ++stats_.ticks;
   // The first tick may still fault pages in and fill caches of libraries; from the second on nothing is excused.
   if (stats_.ticks == 1 && counting_begin_ != nullptr) counting_begin_();
-  return !go_on || (time_.stopping && end - stopping_since_ns_ >= params_.stop_grace_ns);
+  const bool over = !go_on || (time_.stopping && end - stopping_since_ns_ >= params_.stop_grace_ns);
+  if (time_.suspending && !over && end - suspending_since_ns_ >= params_.rest_ns) {
+    params_.suspend->suspend();
+    time_.suspending = false;
+  }
+  return over;
 }
 
 RunStats LoopSchedule::finish() noexcept {

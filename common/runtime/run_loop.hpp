@@ -10,6 +10,7 @@
 #include "common/runtime/duration_histogram.hpp"
 #include "common/runtime/realtime.hpp"
 #include "common/runtime/stop_signals.hpp"
+#include "common/runtime/suspend_signal.hpp"
 #include "common/signal/joints.hpp"
 
 namespace farhand {
@@ -23,6 +24,8 @@ struct LoopParams {
   Nanoseconds stop_grace_ns = kSecond / 2;
   RealtimeParams realtime{};
   const StopSignals* stop = nullptr;
+  SuspendSignal* suspend = nullptr;
+  Nanoseconds rest_ns = 300 * kMillisecond;  // to come to rest in, before the program is suspended
 };
 
 struct TickTime {
@@ -32,6 +35,7 @@ struct TickTime {
   std::uint64_t index = 0;      // ticks run before this one
   std::uint64_t missed = 0;     // deadlines skipped since the last tick
   bool stopping = false;        // a signal came or the duration is over: come to rest, then return false
+  bool suspending = false;      // the program will be suspended: come to rest
 };
 
 enum class StopCause { kTick, kDuration, kSignal };
@@ -70,7 +74,7 @@ class LoopSchedule {
   RunStats stats_;
   TickTime time_;
   Nanoseconds next_ns_ = 0;
-  Nanoseconds stopping_since_ns_ = 0;
+  Nanoseconds stopping_since_ns_ = 0, suspending_since_ns_ = 0;
   // Set by a library that counts heap calls and locks per thread, if one is loaded (tests): nullptr otherwise.
   void (*counting_begin_)() = nullptr;
   void (*counting_end_)() = nullptr;

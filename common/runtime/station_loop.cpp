@@ -35,7 +35,7 @@ bool StationLoop::operator()(const TickTime& time) noexcept {
   // The tick belongs to its deadline: readings, play-out and stamps then keep even steps however late the thread
   // woke.
   const int ticks = 1 + static_cast<int>(std::min<std::uint64_t>(time.missed, 1'000'000));
-  const OperatorAct act = next_act(time.deadline_ns, t_s);
+  const OperatorAct act = next_act(time, t_s);
   const Packet<1> packet = side_.tick(time.deadline_ns, t_s, act, ticks);
   if (ports_.link->send(codec_.encode(packet))) ++sent_;
   record(time, t_s, act);
@@ -61,12 +61,15 @@ void StationLoop::receive(Nanoseconds now) noexcept {
 }
 
 // The patient's stop comes before whatever else was asked for.
-OperatorAct StationLoop::next_act(Nanoseconds now, double t_s) noexcept {
+OperatorAct StationLoop::next_act(const TickTime& time, double t_s) noexcept {
   was_pressed_ = pressed_;
   pressed_ = ports_.stop_input != nullptr && ports_.stop_input->pressed();
-  if (stopping_ || pressed_) return OperatorAct::kStop;
-  if (const std::optional<OperatorAct> act = ports_.operator_input->poll()) return *act;
-  return ports_.timeline->next(t_s, both_ready(side_, now));
+  was_suspending_ = suspending_;
+  suspending_ = time.suspending;
+  const std::optional<OperatorAct> asked = ports_.operator_input->poll(time.now_ns);
+  if (stopping_ || pressed_ || suspending_) return OperatorAct::kStop;
+  if (asked) return *asked;
+  return ports_.timeline->next(t_s, both_ready(side_, time.deadline_ns));
 }
 
 void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noexcept {
@@ -76,7 +79,9 @@ void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noex
   if (pressed_ && !was_pressed_) {
     note(time.deadline_ns, "patient's stop", ports_.stop_input->broken() ? "its input has ended" : "pressed");
   }
-  if (act != OperatorAct::kNone && !stopping_ && !pressed_) note(time.deadline_ns, "operator", name_of(act));
+  if (suspending_ && !was_suspending_) note(time.deadline_ns, "operator", "suspends the program");
+  if (act != OperatorAct::kNone && !stopping_ && !pressed_ && !suspending_)
+    note(time.deadline_ns, "operator", name_of(act));
   if (time.index == 0 || trace.state != noted_) note(time.deadline_ns, name_of(trace.state), name_of(trace.reason));
   if (trace.state != noted_ && trace.reason == Reason::kAnotherAxis)
     ports_.recorder->note(time.deadline_ns, name_of(trace.misfit));
@@ -215,7 +220,9 @@ int run_station(const StationSession& session) {
                       .operator_input = &session.operator_input,
                       .timeline = &timeline,
                       .stop_input = session.stop_input});
-    stats = run(loop_params(scene, from_seconds(scene.tick_s()), session.stop), loop);
+    LoopParams params = loop_params(scene, from_seconds(scene.tick_s()), session.stop);
+    params.suspend = &session.suspend;
+    stats = run(params, loop);
     counters = loop.counters(stats);
   }
   finish_recorder(recorder.get(), counters);

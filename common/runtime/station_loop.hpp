@@ -44,7 +44,7 @@ class StationLoop {
  private:
   StationCounters counted() const noexcept;  // all but what the loop's schedule counts
   void receive(Nanoseconds now) noexcept;
-  OperatorAct next_act(Nanoseconds now, double t_s) noexcept;
+  OperatorAct next_act(const TickTime& time, double t_s) noexcept;
   void record(const TickTime& time, double t_s, OperatorAct act) noexcept;
   void note(Nanoseconds t, const char* what, const char* why) noexcept;
   void show(double t_s) noexcept;
@@ -58,7 +58,8 @@ class StationLoop {
   std::uint64_t sent_ = 0;
   double first_heard_s_ = 0.0;
   bool stopping_ = false;
-  bool pressed_ = false, was_pressed_ = false;  // the patient's stop, in this tick and in the one before
+  bool suspending_ = false, was_suspending_ = false;  // in this tick and in the one before
+  bool pressed_ = false, was_pressed_ = false;        // the patient's stop, in this tick and in the one before
   int stopping_ticks_ = 0;
   ShakingNote shaking_note_;
   ChoiceNote choice_note_;
@@ -73,6 +74,7 @@ struct StationSession {
   PeerLink& link;
   OperatorInput& operator_input;
   const StopSignals& stop;
+  SuspendSignal& suspend;
   std::string record;  // file, or empty
   bool quiet;
   StopInput* stop_input = nullptr;

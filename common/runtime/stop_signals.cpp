@@ -29,14 +29,16 @@ StopSignals::StopSignals() {
   struct sigaction action {};
   action.sa_handler = note_signal;
   sigemptyset(&action.sa_mask);
-  for (std::size_t i = 0; i < kStopping.size(); ++i) sigaction(kStopping[i], &action, &previous_[i]);
+  std::size_t i = 0;
+  for (const int number : kStopping) sigaction(number, &action, &previous_[i++]);
   action.sa_handler = SIG_IGN;
-  sigaction(SIGPIPE, &action, &previous_pipe_);
+  for (const int number : kIgnored) sigaction(number, &action, &previous_[i++]);
 }
 
 StopSignals::~StopSignals() {
-  for (std::size_t i = 0; i < kStopping.size(); ++i) sigaction(kStopping[i], &previous_[i], nullptr);
-  sigaction(SIGPIPE, &previous_pipe_, nullptr);
+  std::size_t i = 0;
+  for (const int number : kStopping) sigaction(number, &previous_[i++], nullptr);
+  for (const int number : kIgnored) sigaction(number, &previous_[i++], nullptr);
 }
 
 int StopSignals::signal() const noexcept { return stop_signal.load(std::memory_order_relaxed); }

@@ -1,5 +1,7 @@
-// Ctrl-C, SIGTERM and a closed terminal ask for a safe stop; they never end the process themselves, however often they
-// come. SIGPIPE is ignored, so that a reader of our output that goes away does not take the session with it.
+// Every signal by which somebody may want the program to end (Ctrl-C, Ctrl-\, SIGTERM, a closed terminal), and those
+// that end one which does not expect them, ask for a safe stop; they never end the process themselves, however often
+// they come. Ignored are SIGPIPE, so that a reader of our output that goes away does not take the session with it, and
+// what stops a job in the background that uses its terminal.
 #pragma once
 
 #include <array>
@@ -19,9 +21,10 @@ class StopSignals {
   int signal() const noexcept;
 
  private:
-  static constexpr std::array kStopping{SIGINT, SIGTERM, SIGHUP};
-  std::array<struct sigaction, kStopping.size()> previous_{};
-  struct sigaction previous_pipe_ {};
+  static constexpr std::array kStopping{SIGINT,  SIGQUIT,   SIGTERM, SIGHUP,  SIGUSR1, SIGUSR2,  SIGALRM,
+                                        SIGPROF, SIGVTALRM, SIGXCPU, SIGPOLL, SIGPWR,  SIGSTKFLT};
+  static constexpr std::array kIgnored{SIGPIPE, SIGTTIN, SIGTTOU};
+  std::array<struct sigaction, kStopping.size() + kIgnored.size()> previous_{};
 };
 
 }  // namespace farhand

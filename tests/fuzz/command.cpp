@@ -1,14 +1,17 @@
-// Addresses on the command line, and what an operator's pipe says in whichever pieces it comes. The first line is an
-// address, the rest the pipe's, in pieces that end at 0xFF.
+// Addresses on the command line, what an operator's pipe says in whichever pieces it comes, and what the same bytes
+// mean as keys. The first line is an address, the rest the pipe's, in pieces that end at 0xFF. Among keys a byte 0xFF
+// and the next one are a silence, of ten milliseconds for each of its units.
 #include <unistd.h>
 
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/link/udp.hpp"
 #include "common/runtime/operator_input.hpp"
+#include "common/runtime/operator_words.hpp"
 #include "tests/fuzz/targets.hpp"
 
 namespace farhand::fuzz {
@@ -26,7 +29,20 @@ bool check_address(const std::string& text, EndpointUse use) {
   return false;
 }
 
-// A line is an act if it is one of five words with blanks around it.
+std::string small(std::string text) {
+  for (char& c : text) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  return text;
+}
+
+OperatorAct intended(const std::string& word) {
+  if (word == "engage") return OperatorAct::kEngage;
+  if (word == "reset") return OperatorAct::kReset;
+  if (word == "home") return OperatorAct::kHome;
+  if (word == "identify") return OperatorAct::kIdentify;
+  return OperatorAct::kNone;
+}
+
+// A line is an act if it is one of five words with blanks around it, and a stop if it is not.
 std::vector<OperatorAct> plain_acts(const std::string& said) {
   std::vector<OperatorAct> acts;
   for (std::size_t begin = 0; begin < said.size();) {
@@ -35,12 +51,9 @@ std::vector<OperatorAct> plain_acts(const std::string& said) {
     constexpr const char* kBlank = " \t\r";
     line.erase(0, std::min(line.find_first_not_of(kBlank), line.size()));
     line.erase(line.find_last_not_of(kBlank) + 1);
-    if (line == "engage") acts.push_back(OperatorAct::kEngage);
-    if (line == "hold") acts.push_back(OperatorAct::kHold);
-    if (line == "stop") acts.push_back(OperatorAct::kStop);
-    if (line == "reset") acts.push_back(OperatorAct::kReset);
-    if (line == "home") acts.push_back(OperatorAct::kHome);
-    if (line == "identify") acts.push_back(OperatorAct::kIdentify);
+    OperatorAct act = intended(line);
+    if (act == OperatorAct::kNone) act = small(line) == "hold" ? OperatorAct::kHold : OperatorAct::kStop;
+    if (!line.empty() || end < said.size()) acts.push_back(act);
     begin = end + 1;
   }
   return acts;
@@ -71,6 +84,73 @@ bool in_order_with_gaps(const std::vector<OperatorAct>& given, const std::vector
   return next == given.end();
 }
 
+// What of the line lies before the cursor, as an editor without any meaning sees it.
+std::string edited(const std::string& typed) {
+  std::string line;
+  for (const char c : typed) {
+    if (c == '\x7f' || c == '\b') {
+      while (!line.empty() && (static_cast<unsigned char>(line.back()) & 0xC0) == 0x80) line.pop_back();
+      if (!line.empty()) line.pop_back();
+    } else if (c == '\n' || c == '\r' || c == '\x1b' || c == '\x15') {
+      line.clear();
+    } else if (static_cast<unsigned char>(c) >= 0x20) {
+      line += c;
+    }
+  }
+  return line;
+}
+
+// An act that lets something move must be the last thing that was meant: a letter that stood alone, or a line that ends
+// with a word.
+void require_intent(OperatorAct act, const std::string& typed, bool silence_before_last, Nanoseconds silence) {
+  const char last = typed.empty() ? '\0' : typed.back();
+  if (last == '\n' || last == '\r') {
+    const std::string line = edited(typed.substr(0, typed.size() - 1)), word = name_of(act);
+    require(line.ends_with(word) && intended(word) == act, "a line with Enter says the word of its act");
+    require(silence >= TypedKeys::kBefore, "nothing follows a word");
+  } else {
+    constexpr std::string_view kLetters = "eroi";
+    const OperatorAct acts[] = {OperatorAct::kEngage, OperatorAct::kReset, OperatorAct::kHome, OperatorAct::kIdentify};
+    const std::size_t which = kLetters.find(last);
+    require(which != std::string_view::npos && acts[which] == act, "a letter asks for its act");
+    require(silence_before_last && silence >= TypedKeys::kAfterLetter, "a letter that acts stood alone");
+  }
+}
+
+void check_keys(const std::string& said) {
+  TypedKeys keys;
+  std::string typed;
+  Nanoseconds now = 0, silence = 0;
+  bool silence_before_last = false, looked = false;
+  for (std::size_t k = 0; k < said.size(); ++k) {
+    if (said[k] == '\xFF') {
+      const int units = ++k < said.size() ? static_cast<unsigned char>(said[k]) : 0;
+      for (int i = 0; i < units; ++i) {
+        const auto act = keys.quiet(now += 10 * kMillisecond);
+        if (std::exchange(looked, true)) silence += 10 * kMillisecond;
+        require(act != OperatorAct::kStop, "silence stops nothing");
+        if (act) require_intent(*act, typed, silence_before_last, silence);
+      }
+      continue;
+    }
+    const char c = said[k];
+    const std::string line = edited(typed);
+    const bool whole_word =
+        (c == '\n' || c == '\r') && (intended(line) != OperatorAct::kNone || small(line) == "hold" ||
+                                     line.ends_with("engage") || line.ends_with("reset") || line.ends_with("home") ||
+                                     line.ends_with("identify") || small(line).ends_with("hold"));
+    const bool edits = c == '\x7f' || c == '\b' || c == '\x15';
+    const bool stops = (static_cast<unsigned char>(c) <= 0x20 && !edits) || is_stop_letter(c);
+    const auto act = keys.take(c);
+    require(!stops || whole_word || act == OperatorAct::kStop, "a key that could be meant as stop stops");
+    require(!act || !needs_intent(*act), "no key lets anything move at once");
+    silence_before_last = silence >= TypedKeys::kBefore;
+    silence = 0;
+    looked = false;
+    typed += c;
+  }
+}
+
 }  // namespace
 
 bool command(Bytes input) {
@@ -80,6 +160,7 @@ bool command(Bytes input) {
   require(!dials || listens, "where one may dial one may listen");
 
   const std::string said(line_end == input.end() ? line_end : line_end + 1, input.end());
+  check_keys(said);
   int ends[2];
   if (said.size() > 4096 || ::pipe(ends) != 0) return listens;
   std::vector<OperatorAct> acts;
@@ -93,13 +174,13 @@ bool command(Bytes input) {
       whole += piece;
       require(::write(ends[1], piece.data(), piece.size()) == static_cast<ssize_t>(piece.size()), "a pipe has room");
       // A tick looks once.
-      if (const auto act = operator_input.poll()) acts.push_back(*act);
+      if (const auto act = operator_input.poll(0)) acts.push_back(*act);
       ++polls;
       begin = end + 1;
     }
     ::close(ends[1]);
     for (std::size_t poll = 0; poll < whole.size() + polls + 3; ++poll) {
-      if (const auto act = operator_input.poll()) acts.push_back(*act);
+      if (const auto act = operator_input.poll(0)) acts.push_back(*act);
     }
     require(operator_input.closed(), "an input that has ended is known to");
   }

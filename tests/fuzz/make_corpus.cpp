@@ -199,6 +199,21 @@ void commands() {
        "age\n  reset \t\r\xFF\nnothing\nstop");
   seed("command", "good_localhost", "localhost:65535\nengage and hold\n");
   seed("command", "a_name", "example.org:80\n");
+  const std::string silence = "\xFF\x78", second = "\xFF\x66";
+  seed("command", "keys_letters_alone",
+       "a\n" + silence + "e" + silence + "s" + silence + "r" + silence + "o" + silence + "i" + silence);
+  seed("command", "keys_words",
+       "a\n" + silence + "engage\n" + silence + "reset\r" + silence + "identify\n" + silence + "home\n" + silence);
+  seed("command", "keys_names",
+       "a\n" + silence + "Herr Meier\n" + silence +
+           "e\xFF\x28r\xFF\x28i\xFF\x28k\xFF\x28"
+           "a\n" +
+           second);
+  seed("command", "keys_edited",
+       "a\n" + silence + "x\xC3\xBC\x7f\x7f" + silence + "e" + second + "ab\x15" + silence + "engagx\be\n" + silence);
+  seed("command", "keys_escapes",
+       "a\n" + silence + "\x1b[A" + silence + "e" + second + "\x1b[200~rm -r e\n\x1b[201~" + silence + "\x1bOr" +
+           silence);
 }
 
 }  // namespace
