@@ -1,5 +1,6 @@
 #include "common/runtime/key_terminal.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <array>
@@ -7,6 +8,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <string>
 
 namespace farhand {
 namespace {
@@ -67,14 +69,14 @@ void watch_crashes() {
 termios for_keys(termios mode) noexcept {
   mode.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO | IEXTEN);
   mode.c_iflag &= ~static_cast<tcflag_t>(IXON | IXOFF | IGNCR | INLCR | ISTRIP);
-  mode.c_cc[VMIN] = 0;
+  mode.c_cc[VMIN] = 1;  // 0 would be the end of its input to a shell that finds the terminal so, after SIGKILL
   mode.c_cc[VTIME] = 0;
   return mode;
 }
 
 bool gives_keys(const termios& mode) noexcept {
   const termios wanted = for_keys(mode);
-  return wanted.c_lflag == mode.c_lflag && wanted.c_iflag == mode.c_iflag && mode.c_cc[VMIN] == 0 &&
+  return wanted.c_lflag == mode.c_lflag && wanted.c_iflag == mode.c_iflag && mode.c_cc[VMIN] == 1 &&
          mode.c_cc[VTIME] == 0;
 }
 
@@ -82,6 +84,7 @@ bool gives_keys(const termios& mode) noexcept {
 
 KeyTerminal::KeyTerminal(int fd) : fd_(fd), terminal_(isatty(fd) != 0) {
   if (!terminal_) return;
+  own_ = open(("/proc/self/fd/" + std::to_string(fd)).c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   watch_crashes();
   the_terminal.fd = fd_;
   the_terminal.known = false;
@@ -93,6 +96,7 @@ KeyTerminal::~KeyTerminal() {
   if (!terminal_) return;
   if (in_foreground()) restore();
   the_terminal.taken = false;
+  if (own_ >= 0) close(own_);
 }
 
 // A terminal that is not the controlling one of this process knows no foreground.

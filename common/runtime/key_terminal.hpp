@@ -20,9 +20,12 @@ class KeyTerminal {
   // False where another program reads it.
   bool tend() noexcept;
   bool in_foreground() const noexcept;
+  // To read from: an open file of our own, whose reads do not block even where another program is faster.
+  int reader() const noexcept { return own_ >= 0 ? own_ : fd_; }
 
  private:
   int fd_;
+  int own_ = -1;
   bool terminal_;
 };
 

@@ -26,12 +26,12 @@ bool OperatorInput::may_read() noexcept {
   return here;
 }
 
-// Not O_NONBLOCK: that flag belongs to the open file, which the shell and our own stderr share. After poll() said so,
-// one read() does not block.
+// A pipe is not set to O_NONBLOCK: that flag belongs to the open file, which others share. After poll() said so, one
+// read() does not block.
 void OperatorInput::fill(Nanoseconds now) noexcept {
   if (closed_) return;
   const bool here = may_read();
-  pollfd wait{fd_, POLLIN, 0};
+  pollfd wait{keys() ? terminal_.reader() : fd_, POLLIN, 0};
   const int ready = ::poll(&wait, 1, 0);
   if (ready > 0 && (wait.revents & (POLLERR | POLLNVAL)) != 0) return close_it();
   if (ready > 0 && (wait.revents & POLLHUP) != 0 && keys()) return close_it();
@@ -41,13 +41,13 @@ void OperatorInput::fill(Nanoseconds now) noexcept {
     return say(typed_.take_remark());
   }
   std::array<char, 256> bytes;
-  const ssize_t got = ::read(fd_, bytes.data(), bytes.size());
+  const ssize_t got = ::read(wait.fd, bytes.data(), bytes.size());
   for (ssize_t i = 0; i < got; ++i) {
     const char c = bytes[static_cast<std::size_t>(i)];
     line_up(keys() ? typed_.take(c) : lines_.take(c));
   }
   if (keys()) {
-    // Ctrl-D in an empty line, or another program was faster to read.
+    // Ctrl-D in an empty line.
     if (got == 0) line_up(OperatorAct::kStop);
   } else if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) {
     close_it();
