@@ -4,7 +4,10 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <termios.h>
 #include <unistd.h>
+
+#include <cstdlib>
 
 #include "tests/support/pipe.hpp"
 #include "tests/support/scratch_directory.hpp"
@@ -73,6 +76,42 @@ TEST(StopInput, ANamedPipeIsHeardAndItsWriterMustBeThere) {
   close(pedal);
   EXPECT_TRUE(input.pressed());
   EXPECT_TRUE(input.broken());
+}
+
+// A pedal on a serial line, as a pseudo terminal of another session: no key of it is kept for a whole line, and none is
+// a signal.
+TEST(StopInput, EachByteOfASerialLineIsAPressAndSoIsItsHangUp) {
+  const int pedal = posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_EQ(grantpt(pedal), 0);
+  ASSERT_EQ(unlockpt(pedal), 0);
+  const std::string path = ptsname(pedal);
+  const int held = open(path.c_str(), O_RDWR | O_NOCTTY);
+  termios before{}, after{};
+  tcgetattr(held, &before);
+  {
+    StopInput input(path);
+    EXPECT_FALSE(input.pressed());
+    for (int byte = 0; byte < 256; ++byte) {
+      const char c = static_cast<char>(byte);
+      ASSERT_EQ(write(pedal, &c, 1), 1);
+      bool pressed = false;
+      for (int i = 0; i < 10'000 && !pressed; ++i) {
+        pressed = input.pressed();
+        if (!pressed) usleep(1000);
+      }
+      ASSERT_TRUE(pressed) << byte;
+    }
+    EXPECT_FALSE(input.pressed());
+  }
+  tcgetattr(held, &after);
+  EXPECT_EQ(after.c_lflag, before.c_lflag);
+  EXPECT_EQ(after.c_iflag, before.c_iflag);
+  StopInput input(path);
+  EXPECT_FALSE(input.pressed());
+  close(pedal);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(input.pressed());
+  EXPECT_TRUE(input.broken());
+  close(held);
 }
 
 TEST(StopInput, RefusesWhatNobodyCouldStopBy) {

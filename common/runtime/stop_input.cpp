@@ -47,6 +47,8 @@ StopInput::StopInput(const std::string& what) {
   struct stat info {};
   if (fd_ < 0 || fstat(fd_, &info) != 0) refuse(std::strerror(errno));
   if (S_ISDIR(info.st_mode)) refuse("it is a directory");
+  if (tcgetpgrp(fd_) >= 0) refuse("it is the terminal of this program, where the operator's keys come from");
+  take_each_byte();
   kind_ = S_ISREG(info.st_mode) ? Kind::kFile : Kind::kEvents;
   if (kind_ == Kind::kFile) {
     if (const ssize_t got = pread(fd_, &at_start_, 1, 0); got != 1)
@@ -64,7 +66,19 @@ StopInput::StopInput(const std::string& what) {
   if (broken_) refuse("it has ended, nobody holds its other end");
 }
 
+// A serial line would keep its bytes until a newline, make signals of some and stop at others.
+void StopInput::take_each_byte() {
+  if (isatty(fd_) == 0 || tcgetattr(fd_, &before_) != 0) return;
+  termios raw = before_;
+  cfmakeraw(&raw);
+  raw.c_iflag &= ~static_cast<tcflag_t>(IGNBRK | IXOFF | IXANY);
+  raw.c_cc[VMIN] = 1;
+  raw.c_cc[VTIME] = 0;
+  line_ = tcsetattr(fd_, TCSANOW, &raw) == 0;
+}
+
 StopInput::~StopInput() {
+  if (line_) tcsetattr(fd_, TCSANOW, &before_);
   if (ours_) close(fd_);
 }
 

@@ -2,6 +2,8 @@
 // and so is its end: a broken cable must stop. Called from the loop: never waits, allocates or locks.
 #pragma once
 
+#include <termios.h>
+
 #include <cstdint>
 #include <string>
 
@@ -24,12 +26,15 @@ class StopInput {
   // A pedal, a GPIO line's events, a pipe speak when they are pressed; a file (a GPIO line's value) is looked at.
   enum class Kind : std::uint8_t { kNone, kEvents, kFile };
 
+  void take_each_byte();
   bool came() noexcept;
   bool changed() noexcept;
 
   Kind kind_ = Kind::kNone;
   int fd_ = -1;
   bool ours_ = false;  // opened here, to be closed here
+  bool line_ = false;  // a terminal line: a serial port
+  termios before_{};
   bool broken_ = false;
   bool first_ = false;  // it was pressed before anybody asked
   char at_start_ = 0;   // first byte of a file
