@@ -8,6 +8,7 @@
 
 #include "common/runtime/link_options.hpp"
 #include "common/runtime/operator_notices.hpp"
+#include "common/runtime/operator_words.hpp"
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 
@@ -82,6 +83,7 @@ int main(int argc, char** argv) {
   command.text("--record", options.record, "recording of this side (MCAP)");
   command.number("--wait", options.wait_s, 0.1, 1e6, "seconds to wait for the patient's box");
   command.flag("--quiet", options.quiet, "no live status");
+  command.epilogue(kKeysInShort);
   return program.run(argc, argv, [&] { return run(options); });
 }
 

@@ -5,6 +5,7 @@
 
 #include "common/runtime/link_options.hpp"
 #include "common/runtime/operator_notices.hpp"
+#include "common/runtime/operator_words.hpp"
 #include "common/runtime/program.hpp"
 #include "common/runtime/station_loop.hpp"
 
@@ -64,6 +65,7 @@ int main(int argc, char** argv) {
       "fd:N. Whatever comes from it stops at once, and so does its end");
   command.text("--record", options.record, "recording of this side (MCAP)");
   command.flag("--quiet", options.quiet, "no live status");
+  command.epilogue(kKeysInShort);
   return program.run(argc, argv, [&] { return run(options); });
 }
 

@@ -49,6 +49,8 @@ void Command::seed(const char* name, std::optional<std::uint64_t>& value, const 
 }
 void Command::flag(const char* name, bool& value, const char* meaning) { app_->add_flag(name, value, meaning); }
 
+void Command::epilogue(const std::string& text) { app_->footer(text); }
+
 bool Command::given() const { return app_->parsed(); }
 
 Program::Program(const std::string& name, const std::string& purpose) : app_(new CLI::App(purpose, name)) {}

@@ -32,6 +32,9 @@ class Command {
   // "!--no-thing" clears the value.
   void flag(const char* name, bool& value, const char* meaning);
 
+  // Stands below the options in --help.
+  void epilogue(const std::string& text);
+
   // After parsing: this subcommand was asked for.
   bool given() const;
 
@@ -45,7 +48,7 @@ inline constexpr int kExitOk = 0;             // also when the verdict is degrad
 inline constexpr int kExitFailed = 1;         // failed while running
 inline constexpr int kExitUsage = 2;          // arguments, scene, files, ports: before anything moved
 inline constexpr int kExitVerdictFailed = 3;  // ran to its end, and the verdict is failed
-inline constexpr int kExitStopped = 130;      // came to rest after SIGINT or SIGTERM
+inline constexpr int kExitStopped = 130;      // came to rest after a signal
 
 class Program {
  public:
