@@ -20,6 +20,7 @@
 #include "tests/lab/identify_command.hpp"
 #include "tests/lab/limits_command.hpp"
 #include "tests/lab/precision_command.hpp"
+#include "tests/lab/rogue_command.hpp"
 #include "tests/lab/simulation.hpp"
 #include "tests/lab/sweep_command.hpp"
 #include "tests/lab/write_to.hpp"
@@ -236,6 +237,8 @@ int main(int argc, char** argv) {
   const Command extreme = add_extreme(lab, extreme_choice);
   FaultsChoice faults_choice;
   const Command faults = add_faults(lab, faults_choice);
+  RogueChoice rogue_choice;
+  const Command rogue = add_rogue(lab, rogue_choice);
   IdentifyChoice identify_choice;
   const Command identified = add_identify(lab, identify_choice);
 
@@ -253,6 +256,7 @@ int main(int argc, char** argv) {
     if (compared.given()) return run_compare(compare_choice);
     if (extreme.given()) return run_extreme(extreme_choice);
     if (faults.given()) return run_faults(faults_choice);
+    if (rogue.given()) return run_rogue(rogue_choice);
     if (identified.given()) return run_identify(identify_choice);
     return recovered.given() ? recover(file, to) : export_recording(file, csv_directory, mat_file);
   });

@@ -1,0 +1,30 @@
+// A person who is let go: the same hand or arm in the same device, from an angle and a speed, without torque from then
+// on. What its own spring does to it then no limit can prevent, so that is what the time after a let-go is judged by.
+#pragma once
+
+namespace farhand::rogue {
+
+struct Body {
+  double J, viscous;  // of the device, kg m2, N m s/rad
+  double K, B;        // of the person, around 0 rad
+  double spastic = 0, spastic_above = 0.2;
+  double J_person = 0;   // part of J that is the person's
+  double stop = 0.5236;  // rad, both ways
+  double spring = 0;     // N m/rad, behind an MCU; 0: a direct drive
+  double motor_hz = 30, motor_limit = 4, spring_gain = 10;
+
+  double reaction(double x, double v) const noexcept;  // without the person's inertia
+};
+
+struct BodyState {
+  double x = 0, v = 0, motor_x = 0, motor_v = 0;
+};
+
+struct LetGo {
+  double speed = 0, power = 0;  // the most, rad/s, W given to the person
+};
+
+// Behind an MCU the motor follows the joint so that the spring gives no torque, as fast as it can.
+LetGo let_go(const Body& body, BodyState from) noexcept;
+
+}  // namespace farhand::rogue
