@@ -41,7 +41,7 @@ StationState said_state(GeneReader& read) {
                                StationState::kHolding,    StationState::kFault,  StationState::kOff,
                                StationState::kSelfTest,   StationState::kHoming, StationState::kStopped,
                                StationState::kIdentifying};
-  return kStates[read.choice(std::array{16.0, 1.5, 1.0, 1.0, 0.7, 0.4, 0.4, 0.4, 0.7, 0.4})];
+  return kStates[read.choice(std::array{24.0, 1.5, 1.0, 1.0, 0.7, 0.4, 0.4, 0.4, 0.7, 0.4})];
 }
 
 Segment segment(GeneReader read) {
@@ -133,9 +133,9 @@ Plan plan_of(const Genome& genome, Against against) {
   p.network_s = read.logarithmic(0.001, 0.1);
   if (read.chance(0.6)) p.network_s = 0;
   p.attack_from = static_cast<int>(read.choice(std::array{8.0, 1.0, 0.5}));
-  p.engages_again = read.chance(0.6);
+  p.engages_again = read.chance(0.75);
   p.repeats = read.chance(0.6);
-  p.attack_s = read.linear(0.1, 2.0);
+  p.attack_s = read.linear(0.3, 2.2);
   p.falls_silent = read.chance(0.8);
   p.last.any = read.chance(0.5);
   p.last.x = value(read, kLegalX);

@@ -83,10 +83,10 @@ std::uint64_t hash_of(const std::string& text) {
 
 }  // namespace
 
-CellResult search(const Arena& arena, int sessions, std::uint64_t seed) {
-  Dice dice(seed ^ hash_of(name_of(arena.cell())));
+CellResult search(const Cell& cell, const Trial& trial, int sessions, std::uint64_t seed) {
+  Dice dice(seed ^ hash_of(name_of(cell)));
   CellResult result;
-  result.cell = arena.cell();
+  result.cell = cell;
   std::array<Climb, kLines> climbs;
   for (int n = 0; n < sessions; ++n) {
     const std::size_t line = static_cast<std::size_t>(n) % kLines;
@@ -107,7 +107,7 @@ CellResult search(const Arena& arena, int sessions, std::uint64_t seed) {
       genome = mutated(climb.elites[which].genome, climb, dice);
     }
 
-    const Outcome outcome = arena.run(genome);
+    const Outcome outcome = trial(genome);
     ++result.sessions;
     result.virtual_s += outcome.lasted_s;
     result.engaged += outcome.engaged_s >= 0.5;
@@ -141,7 +141,9 @@ std::vector<CellResult> search(const std::vector<Cell>& cells, const Budget& bud
   const auto work = [&] {
     for (std::size_t k = next++; k < cells.size(); k = next++) {
       try {
-        results[k] = search(Arena(cells[k], sets), budget.sessions, budget.seed);
+        const Arena arena(cells[k], sets, budget.longer);
+        results[k] = search(
+            cells[k], [&](const Genome& genome) { return arena.run(genome); }, budget.sessions, budget.seed);
       } catch (...) {
         errors[k] = std::current_exception();
       }

@@ -37,9 +37,12 @@ struct Budget {
   int sessions = 1000;  // in each cell
   std::uint64_t seed = 1;
   int threads = 2;
+  double longer = 1;  // how much longer an attack lasts
 };
 
-CellResult search(const Arena& arena, int sessions, std::uint64_t seed);
+// What is searched is behind a function, so that a test can put something in its place whose worst is known.
+using Trial = std::function<Outcome(const Genome&)>;
+CellResult search(const Cell& cell, const Trial& trial, int sessions, std::uint64_t seed);
 std::vector<CellResult> search(const std::vector<Cell>& cells, const Budget& budget,
                                const std::vector<std::string>& sets = {});
 

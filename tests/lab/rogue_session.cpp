@@ -201,8 +201,14 @@ Line Outcome::worst() const noexcept {
   return static_cast<Line>(most);
 }
 
-Arena::Arena(const Cell& cell, const std::vector<std::string>& sets)
-    : cell_(cell), scene_(load_scene_text(base_scene(cell), "rogue.txtpb", sets).scene) {}
+Arena::Arena(const Cell& cell, const std::vector<std::string>& sets, double longer)
+    : cell_(cell), scene_(load_scene_text(base_scene(cell), "rogue.txtpb", sets).scene), longer_(longer) {}
+
+Plan Arena::plan_of(const Genome& genome) const {
+  Plan plan = rogue::plan_of(genome, cell_.against);
+  plan.attack_s *= longer_;
+  return plan;
+}
 
 scene::Scene Arena::scene_of(const Plan& plan) const {
   scene::Scene scene = scene_;
@@ -232,7 +238,7 @@ scene::Scene Arena::scene_of(const Plan& plan) const {
 }
 
 Outcome Arena::run(const Genome& genome) const {
-  const Plan plan = plan_of(genome, cell_.against);
+  const Plan plan = plan_of(genome);
   const scene::Scene scene = scene_of(plan);
   const Allowed allowed = allowed_of(scene, cell_, plan);
   std::uint64_t seed = 1;

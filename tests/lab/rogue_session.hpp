@@ -38,15 +38,18 @@ struct Outcome {
 // Runs sessions in a cell. What a test wants otherwise in its scene (a limit that is far away, say) it gives as sets.
 class Arena {
  public:
-  explicit Arena(const Cell& cell, const std::vector<std::string>& sets = {});
+  // longer: the attack lasts this many times as long as its genome says.
+  explicit Arena(const Cell& cell, const std::vector<std::string>& sets = {}, double longer = 1);
 
   const Cell& cell() const noexcept { return cell_; }
+  Plan plan_of(const Genome& genome) const;
   scene::Scene scene_of(const Plan& plan) const;
   Outcome run(const Genome& genome) const;
 
  private:
   Cell cell_;
   scene::Scene scene_;
+  double longer_;
 };
 
 }  // namespace farhand::rogue
