@@ -274,5 +274,65 @@ TEST(RogueLetGo, IsWhatTheSimulatedWorldsDo) {
   EXPECT_NEAR(reference.power, power, 0.03 * power + 1e-3);
 }
 
+// The stations as they are -------------------------------------------------------------------------------------------
+
+std::vector<Row> rows() {
+  std::vector<Row> all;
+  std::ifstream file(FARHAND_ROGUE_ROWS);
+  for (std::string line; std::getline(file, line);) {
+    if (!line.empty() && line[0] != '#') all.push_back(row_of(line));
+  }
+  return all;
+}
+
+std::vector<Cell> cells_in(const std::string& part) {
+  std::vector<Cell> cells = all_cells();
+  std::erase_if(cells, [&](const Cell& cell) { return name_of(cell).find(part) == std::string::npos; });
+  return cells;
+}
+
+// Prints what was found; what crosses a line fails with the row that repeats it.
+void expect_within_lines(const std::vector<Cell>& cells, const Budget& budget) {
+  const std::vector<CellResult> results = search(cells, budget);
+  std::printf("%s", text_of(results).c_str());
+  int sessions = 0, engaged = 0;
+  for (const CellResult& r : results) {
+    sessions += r.sessions;
+    engaged += r.engaged;
+  }
+  EXPECT_GE(engaged, sessions / 2) << "who is not engaged is in no danger: that says nothing";
+  EXPECT_EQ(rows_of(results, 1.0), "");
+}
+
+TEST(RogueRows, TheWorstThatWereEverFoundStayWithinEveryLine) {
+  ASSERT_GE(rows().size(), 5u);
+  for (const Row& row : rows()) {
+    const Outcome outcome = Arena(row.cell).run(row.genome);
+    EXPECT_LE(outcome.ratio(), 1.0) << text_of(row) << '\n' << text_of(outcome);
+  }
+}
+
+TEST(RogueStations, StayWithinEveryLineForTwoThousandSessions) {
+  expect_within_lines(all_cells(), {.sessions = 60, .seed = 1, .threads = 2});
+}
+
+// 36 cells of 2,800 sessions are 100,800 of 3 s and more.
+constexpr Budget kNight{.sessions = 2800, .seed = 2, .threads = 2};
+
+TEST(NightlyRogue, OfTheNetworkAgainstThePatientOnADirectDrive) {
+  std::vector<Cell> cells = cells_in("/direct");
+  std::erase_if(cells, [](const Cell& cell) { return cell.against != Against::kPatient; });
+  expect_within_lines(cells, kNight);
+}
+TEST(NightlyRogue, OfTheNetworkAgainstThePatientBehindAnMcu) { expect_within_lines(cells_in("/mcu"), kNight); }
+TEST(NightlyRogue, OfTheNetworkAndOfAnMcuThatLiesAgainstThePatient) {
+  expect_within_lines(cells_in("/lying-mcu"), kNight);
+}
+TEST(NightlyRogue, OfTheNetworkAgainstTheTherapist) { expect_within_lines(cells_in("therapist/"), kNight); }
+// Windows of energy up to 60 s.
+TEST(NightlyRogue, ForAMinute) {
+  expect_within_lines(all_cells(), {.sessions = 60, .seed = 3, .threads = 2, .longer = 32});
+}
+
 }  // namespace
 }  // namespace farhand::rogue

@@ -10,10 +10,6 @@ namespace {
 
 constexpr double kDegree = 0.0174533;
 
-bool drives(StationState state) noexcept {
-  return state == StationState::kAligning || state == StationState::kEngaged || state == StationState::kHolding;
-}
-
 }  // namespace
 
 const char* name_of(Line line) noexcept {

@@ -25,6 +25,11 @@
 
 namespace farhand::rogue {
 
+// States in which a motion is followed; homing and identification are led by the station itself.
+constexpr bool drives(StationState state) noexcept {
+  return state == StationState::kAligning || state == StationState::kEngaged || state == StationState::kHolding;
+}
+
 enum class Line : std::uint8_t {
   kTorqueCommanded,
   kTorqueOfSpring,

@@ -49,37 +49,6 @@ struct Flying {
   Packet<1> packet;
 };
 
-Allowed allowed_of(const scene::Scene& scene, const Cell& cell, const Plan& plan) {
-  const bool therapist = cell.against == Against::kTherapist, mcu = cell.device != Device::kDirect;
-  const scene::Axis& axis = therapist ? scene.master().axis() : scene.slave().axis();
-  const scene::Motor& motor = therapist ? scene.master().motor() : scene.slave().motor();
-  const scene::SeriesElastic& elastic = scene.slave().series_elastic();
-  Allowed a;
-  a.therapist = therapist;
-  a.speed = axis.velocity_limit_rad_s();
-  a.torque = axis.torque_limit_nm();
-  a.power = scene.slave().limits().power_w();
-  a.range = axis.range_max_rad();
-  a.hold_spring = scene.control().k_p_per_s2() / scene.control().k_f_per_kgm2();
-  const double J_person = therapist ? scene.master().therapist().j_h_kgm2() : 0.0;
-  a.body = {.J = (mcu ? elastic.j_joint_kgm2() : motor.j_kgm2()) + J_person,
-            .viscous = mcu ? elastic.viscous_nms_per_rad() : motor.viscous_nms_per_rad(),
-            .K = plan.world.stiffness,
-            .B = plan.world.damping,
-            .spastic = plan.world.spastic,
-            .J_person = J_person,
-            .stop = mcu ? elastic.stop_max_rad() : motor.stop_max_rad(),
-            .spring = mcu ? elastic.spring_nm_per_rad() : 0.0,
-            .motor_hz = elastic.motor_bandwidth_hz(),
-            .motor_limit = elastic.motor_speed_limit_rad_s(),
-            .spring_gain = scene.slave().mcu().spring_gain_per_s()};
-  return a;
-}
-
-bool drives(StationState state) noexcept {
-  return state == StationState::kAligning || state == StationState::kEngaged || state == StationState::kHolding;
-}
-
 // One side against the peer. Axis is what stands between the station and the person.
 template <class A>
 class Course {
@@ -165,6 +134,33 @@ std::string base_scene(const Cell& cell) {
 }
 
 }  // namespace
+
+Allowed allowed_of(const scene::Scene& scene, const Cell& cell, const Plan& plan) {
+  const bool therapist = cell.against == Against::kTherapist, mcu = cell.device != Device::kDirect;
+  const scene::Axis& axis = therapist ? scene.master().axis() : scene.slave().axis();
+  const scene::Motor& motor = therapist ? scene.master().motor() : scene.slave().motor();
+  const scene::SeriesElastic& elastic = scene.slave().series_elastic();
+  Allowed a;
+  a.therapist = therapist;
+  a.speed = axis.velocity_limit_rad_s();
+  a.torque = axis.torque_limit_nm();
+  a.power = scene.slave().limits().power_w();
+  a.range = axis.range_max_rad();
+  a.hold_spring = scene.control().k_p_per_s2() / scene.control().k_f_per_kgm2();
+  const double J_person = therapist ? scene.master().therapist().j_h_kgm2() : 0.0;
+  a.body = {.J = (mcu ? elastic.j_joint_kgm2() : motor.j_kgm2()) + J_person,
+            .viscous = mcu ? elastic.viscous_nms_per_rad() : motor.viscous_nms_per_rad(),
+            .K = plan.world.stiffness,
+            .B = plan.world.damping,
+            .spastic = plan.world.spastic,
+            .J_person = J_person,
+            .stop = mcu ? elastic.stop_max_rad() : motor.stop_max_rad(),
+            .spring = mcu ? elastic.spring_nm_per_rad() : 0.0,
+            .motor_hz = elastic.motor_bandwidth_hz(),
+            .motor_limit = elastic.motor_speed_limit_rad_s(),
+            .spring_gain = scene.slave().mcu().spring_gain_per_s()};
+  return a;
+}
 
 std::string name_of(const Cell& cell) {
   return std::string(cell.against == Against::kPatient ? "patient/" : "therapist/") +

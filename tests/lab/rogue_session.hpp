@@ -35,6 +35,9 @@ struct Outcome {
   Line worst() const noexcept;
 };
 
+// By what a session of this plan is judged. The scene is the one that the plan makes.
+Allowed allowed_of(const scene::Scene& scene, const Cell& cell, const Plan& plan);
+
 // Runs sessions in a cell. What a test wants otherwise in its scene (a limit that is far away, say) it gives as sets.
 class Arena {
  public:

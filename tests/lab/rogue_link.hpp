@@ -1,0 +1,16 @@
+// The link by which a rogue peer reaches real programs: it has the pairing key, so it is as authentic as any.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/runtime/peer_link.hpp"
+#include "proto/scene.pb.h"
+
+namespace farhand::rogue {
+
+// A therapist's station listens at `address`, a patient's box dials it.
+std::unique_ptr<PeerLink> open_rogue_link(const std::string& key_file, const std::string& address, StationRole role,
+                                          const scene::Scene& scene);
+
+}  // namespace farhand::rogue
