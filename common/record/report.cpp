@@ -206,7 +206,7 @@ std::string counters_table(const Session& session) {
       {"rejected: session", &StationCounters::rejected_session},
       {"rejected: expired", &StationCounters::rejected_expired},
       {"rejected: not finite", &StationCounters::rejected_not_finite},
-      {"rejected: foreign address", &StationCounters::rejected_foreign},
+      {"rejected: sender without a session", &StationCounters::rejected_foreign},
       {"dropped: too long", &StationCounters::dropped_too_long},
       {"dropped by the system: too long, or no room", &StationCounters::dropped_by_kernel},
       {"dropped: handshakes beyond their share", &StationCounters::dropped_handshake},

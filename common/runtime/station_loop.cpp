@@ -193,10 +193,10 @@ void print_drops(const char* role, const StationCounters& c) {
   if (dropped(c) + c.send_failed == 0) return;
   const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   std::printf(
-      "farhand-%s: dropped: %llu datagrams: %llu too long, %llu by the system (too long, or no room), %llu of another "
-      "address, "
-      "%llu handshakes beyond their share, %llu forged or damaged, %llu repeated, %llu of no format, %llu of another "
-      "session, %llu expired, %llu not finite; %llu not sent\n",
+      "farhand-%s: dropped: %llu datagrams: %llu too long, %llu by the system (too long, or no room), %llu of senders "
+      "without a session, %llu handshakes beyond their share, %llu forged or damaged, %llu repeated, %llu of no "
+      "format, "
+      "%llu of an older session, %llu expired, %llu not finite; %llu not sent\n",
       role, number(dropped(c)), number(c.dropped_too_long), number(c.dropped_by_kernel), number(c.rejected_foreign),
       number(c.dropped_handshake), number(c.rejected_checksum), number(c.duplicate), number(c.rejected_format),
       number(c.rejected_session), number(c.rejected_expired), number(c.rejected_not_finite), number(c.send_failed));
