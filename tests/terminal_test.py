@@ -43,6 +43,14 @@ class Terminal:
         self.reader = threading.Thread(target=self.read, daemon=True)
         self.reader.start()
         self.wait_for("READY> ")
+        for _ in range(PATIENCE_S):  # a shell that starts may throw away what comes too early
+            self.type(b"echo UP''UP\n")
+            time.sleep(0.2)
+            for _ in range(20):
+                if "UPUP" in self.text:
+                    self.wait_for("UPUP")
+                    return
+                time.sleep(0.1)
 
     def read(self):
         while True:
@@ -345,6 +353,30 @@ class Jobs(unittest.TestCase):
         box.wait_for("ticks")
         self.assertEqual(box.modes(), box.before)
         box.end()
+
+    @both_shells
+    def test_as_a_part_of_a_script_it_is_suspended_with_it_and_brought_back(self, shell):
+        terminal = Terminal(shell)
+        before = terminal.modes()
+        with tempfile.TemporaryDirectory() as directory:
+            scene, script = pathlib.Path(directory) / "scene.txtpb", pathlib.Path(directory) / "script"
+            scene.write_text(SCENE)
+            script.write_text(f"{BIN}/farhand-slave --scene {scene} --insecure --peer 127.0.0.1:9 <&0 &\nwait\n")
+            terminal.type(f"bash {script}\n".encode())
+            terminal.wait_for_state("ready")
+            terminal.type(b"\x1a")
+            terminal.wait_for("READY> ")
+            self.assertEqual(terminal.modes(), before)
+            terminal.type(b"fg\n")
+            terminal.wait_for_state("stopped")
+            terminal.alone(b"r")
+            terminal.wait_for_state("ready")
+            terminal.type(b"S")
+            terminal.wait_for_state("stopped")
+            terminal.type(b"\x03")
+            terminal.wait_for("ticks")
+            self.assertEqual(terminal.modes(), before)
+        terminal.close()
 
     @both_shells
     def test_another_size_and_another_mode_of_the_terminal_leave_the_keys(self, shell):

@@ -15,13 +15,15 @@ namespace {
 
 // What a handler needs, and it has no other way to it than a global. `before` is written while `taken` is false.
 struct Taken {
-  std::atomic<bool> taken{false}, given_back{false};
+  std::atomic<bool> taken{false};
+  std::atomic<GivenBack> given_back{GivenBack::kNo};
   bool known = false;  // how it was before
   int fd = -1;
   termios before{};
 };
 Taken the_terminal;
-static_assert(std::atomic<bool>::is_always_lock_free, "only lock-free atomics may be touched in a signal handler");
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<GivenBack>::is_always_lock_free,
+              "only lock-free atomics may be touched in a signal handler");
 
 void restore() noexcept {
   if (the_terminal.taken.exchange(false)) tcsetattr(the_terminal.fd, TCSANOW, &the_terminal.before);
@@ -88,7 +90,6 @@ KeyTerminal::KeyTerminal(int fd) : fd_(fd), terminal_(isatty(fd) != 0) {
   watch_crashes();
   the_terminal.fd = fd_;
   the_terminal.known = false;
-  the_terminal.given_back = false;
   tend();
 }
 
@@ -106,7 +107,7 @@ bool KeyTerminal::in_foreground() const noexcept {
 }
 
 bool KeyTerminal::tend() noexcept {
-  if (!terminal_ || the_terminal.given_back || !in_foreground()) return false;
+  if (!terminal_ || the_terminal.given_back != GivenBack::kNo || !in_foreground()) return false;
   termios now{};
   if (tcgetattr(fd_, &now) != 0 || gives_keys(now)) return true;
   the_terminal.taken = false;
@@ -116,15 +117,18 @@ bool KeyTerminal::tend() noexcept {
   const termios keys = for_keys(now);
   the_terminal.taken = true;  // before it is true, for a handler may come between
   tcsetattr(fd_, TCSANOW, &keys);
-  if (the_terminal.given_back) restore();
+  if (the_terminal.given_back != GivenBack::kNo) restore();
   return true;
 }
 
-void give_key_terminal_back() noexcept {
-  the_terminal.given_back = true;
+void give_key_terminal_back(GivenBack how) noexcept {
+  the_terminal.given_back = how;
   restore();
 }
-bool key_terminal_is_given_back() noexcept { return the_terminal.given_back; }
-void let_key_terminal_be_taken() noexcept { the_terminal.given_back = false; }
+GivenBack key_terminal_is_given_back() noexcept { return the_terminal.given_back; }
+void let_key_terminal_be_taken() noexcept {
+  GivenBack suspended = GivenBack::kWhileSuspended;
+  the_terminal.given_back.compare_exchange_strong(suspended, GivenBack::kNo);
+}
 
 }  // namespace farhand

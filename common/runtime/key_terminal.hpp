@@ -5,6 +5,8 @@
 
 #include <termios.h>
 
+#include <cstdint>
+
 namespace farhand {
 
 class KeyTerminal {
@@ -29,9 +31,11 @@ class KeyTerminal {
   bool terminal_;
 };
 
-// Gives it back as it was before, and leaves it so until it may be taken again. For signal handlers too.
-void give_key_terminal_back() noexcept;
-bool key_terminal_is_given_back() noexcept;
+// Gives it back as it was before, and leaves it so: for good, or until it may be taken again. For signal handlers,
+// which must not wait for the loop: the shell does not either.
+enum class GivenBack : std::uint8_t { kNo, kWhileSuspended, kForGood };
+void give_key_terminal_back(GivenBack how) noexcept;
+GivenBack key_terminal_is_given_back() noexcept;
 void let_key_terminal_be_taken() noexcept;
 
 }  // namespace farhand

@@ -14,10 +14,12 @@ bool OperatorInput::may_read() noexcept {
   constexpr std::uint32_t kTended = 16;
   if (!keys()) return true;
   const bool look = polls_++ % kTended == 0 || where_ != Terminal::kHere;
-  const bool here = look ? terminal_.tend() : !key_terminal_is_given_back() && terminal_.in_foreground();
-  const Terminal now = here                           ? Terminal::kHere
-                       : key_terminal_is_given_back() ? Terminal::kSuspending
-                                                      : Terminal::kElsewhere;
+  const GivenBack given_back = key_terminal_is_given_back();
+  const bool here = look ? terminal_.tend() : given_back == GivenBack::kNo && terminal_.in_foreground();
+  const Terminal now = here                                ? Terminal::kHere
+                       : given_back == GivenBack::kNo      ? Terminal::kElsewhere
+                       : given_back == GivenBack::kForGood ? Terminal::kGone
+                                                           : Terminal::kSuspending;
   if (now == where_) return here;
   where_ = now;
   typed_.forget();

@@ -35,7 +35,7 @@ class OperatorInput {
   bool read_remark(InputRemark& remark) noexcept { return remarks_.read(remark); }
 
  private:
-  enum class Terminal : std::uint8_t { kHere, kSuspending, kElsewhere };
+  enum class Terminal : std::uint8_t { kHere, kSuspending, kElsewhere, kGone };
 
   bool may_read() noexcept;
   void fill(Nanoseconds now) noexcept;

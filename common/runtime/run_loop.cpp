@@ -63,10 +63,9 @@ TickTime LoopSchedule::wait() noexcept {
       stats_.cause = signal != 0 ? StopCause::kSignal : StopCause::kDuration;
     }
   }
-  if (!time_.suspending && params_.suspend != nullptr && params_.suspend->asked()) {
-    time_.suspending = true;
-    suspending_since_ns_ = now;
-  }
+  const bool suspending = params_.suspend != nullptr && params_.suspend->asked();
+  if (suspending && !time_.suspending) suspending_since_ns_ = now;
+  time_.suspending = suspending;
   next_ns_ = time_.deadline_ns + params_.period_ns;
   return time_;
 }
@@ -82,7 +81,6 @@ bool LoopSchedule::done(bool go_on) noexcept {
   const bool over = !go_on || (time_.stopping && end - stopping_since_ns_ >= params_.stop_grace_ns);
   if (time_.suspending && !over && end - suspending_since_ns_ >= params_.rest_ns) {
     params_.suspend->suspend();
-    time_.suspending = false;
   }
   return over;
 }

@@ -3,6 +3,9 @@
 #include <poll.h>
 
 #include <atomic>
+#include <cerrno>
+
+#include "common/runtime/key_terminal.hpp"
 
 namespace farhand {
 namespace {
@@ -14,6 +17,9 @@ static_assert(std::atomic<int>::is_always_lock_free, "only lock-free atomics may
 void note_signal(int number) {
   int none = 0;
   stop_signal.compare_exchange_strong(none, number);
+  const int error = errno;
+  give_key_terminal_back(GivenBack::kForGood);  // no key is needed any more, and a script around us may be gone already
+  errno = error;
 }
 
 }  // namespace
@@ -29,6 +35,7 @@ StopSignals::StopSignals() {
   struct sigaction action {};
   action.sa_handler = note_signal;
   sigemptyset(&action.sa_mask);
+  sigaddset(&action.sa_mask, SIGTTOU);
   std::size_t i = 0;
   for (const int number : kStopping) sigaction(number, &action, &previous_[i++]);
   action.sa_handler = SIG_IGN;

@@ -13,8 +13,13 @@ std::atomic<bool> suspend_asked{false};
 void ask_to_suspend(int) {
   const int error = errno;
   suspend_asked = true;
-  give_key_terminal_back();  // now, because the shell may not wait for us
+  give_key_terminal_back(GivenBack::kWhileSuspended);  // now, because the shell may not wait for us
   errno = error;
+}
+
+void go_on(int) {
+  suspend_asked = false;
+  let_key_terminal_be_taken();
 }
 
 void take_over(struct sigaction* previous) noexcept {
@@ -29,16 +34,23 @@ void take_over(struct sigaction* previous) noexcept {
 
 SuspendSignal::SuspendSignal() {
   suspend_asked = false;
+  struct sigaction going_on {};
+  going_on.sa_handler = go_on;
+  sigemptyset(&going_on.sa_mask);
+  sigaction(SIGCONT, &going_on, &previous_continue_);
   sigaction(SIGTSTP, nullptr, &previous_);
   if (previous_.sa_handler != SIG_IGN) take_over(nullptr);
 }
 
-SuspendSignal::~SuspendSignal() { sigaction(SIGTSTP, &previous_, nullptr); }
+SuspendSignal::~SuspendSignal() {
+  sigaction(SIGTSTP, &previous_, nullptr);
+  sigaction(SIGCONT, &previous_continue_, nullptr);
+}
 
 bool SuspendSignal::asked() const noexcept { return suspend_asked; }
 
 void SuspendSignal::suspend() noexcept {
-  give_key_terminal_back();
+  if (!suspend_asked) return;
   struct sigaction as_usual {};
   as_usual.sa_handler = SIG_DFL;
   sigemptyset(&as_usual.sa_mask);

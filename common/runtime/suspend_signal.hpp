@@ -1,5 +1,6 @@
 // Ctrl-Z asks to come to rest first: a program that is suspended protects nobody. The terminal is given back at once,
-// the loop stops as the operator would stop it, and then the program suspends itself (run_loop.hpp).
+// the loop stops as the operator would stop it, and then the program suspends itself (run_loop.hpp). A shell
+// whose job is a script that was suspended at once may let it go on before that: then it is not suspended at all.
 #pragma once
 
 #include <csignal>
@@ -20,6 +21,7 @@ class SuspendSignal {
 
  private:
   struct sigaction previous_ {};
+  struct sigaction previous_continue_ {};
 };
 
 }  // namespace farhand
