@@ -174,13 +174,12 @@ class RealSession {
         const Nanoseconds gap = at_mcu->first - mcu_before;
         if (mcu_before > 0 && gap > 3 * kMillisecond + kMillisecond / 2) stood += gap - kMillisecond;
         mcu_before = at_mcu->first;
-        const bool gives = mcu.state == 1 || mcu.state == 2 || mcu.torque_command_nm != 0;
         judge.see({.t_s = time_of(at_mcu->first),
                    .body = {mcu.true_x_rad, mcu.true_v_rad_s, mcu.motor_x_rad, 0},
                    .torque = mcu.true_f_nm,
                    .spring = mcu.spring_torque_nm,
                    .commanded = mcu.torque_command_nm,
-                   .driven = gives || drives(state)});
+                   .driven = drives(state)});
       }
       if (mcu_ == nullptr) {
         judge.see({.t_s = time_of(t),

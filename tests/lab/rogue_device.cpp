@@ -29,13 +29,11 @@ void WatchedPort::advance(double t_s) noexcept {
     if (!see_) continue;
     const SeriesElasticWorld::Truth world = emulator.world().truth();
     const double commanded = mcu::to_nm(emulator.core().torque_command());
-    const mcu::State state = emulator.output().state;
     see_({.t_s = at,
           .body = {world.x, world.v, world.motor_x, world.motor_v},
           .torque = world.f,
           .spring = world.spring_torque,
-          .commanded = commanded,
-          .driven = state == mcu::State::kTrack || state == mcu::State::kTorque || commanded != 0});
+          .commanded = commanded});
   }
 }
 

@@ -88,7 +88,7 @@ void Judge::see(const AtPerson& now) {
   const double dt = first_ ? 0.0 : now.t_s - before_.t_s;
   const double power = now.torque * now.body.v;
   const double mean_power = 0.5 * (power + before_.torque * before_.body.v);
-  const bool was_driven = before_.driven;
+  const bool gives = now.driven || now.commanded != 0, gave = before_.driven || before_.commanded != 0;
   before_ = now;
   if (first_) {
     first_ = false;
@@ -100,19 +100,21 @@ void Judge::see(const AtPerson& now) {
   meet(Line::kAnyAngle, std::fabs(now.body.x), 1);
   meet(Line::kAnyTorque, torque, 1);
 
-  energy_ += now.driven && was_driven ? mean_power * dt : 0.0;
+  energy_ += gives && gave ? mean_power * dt : 0.0;
   see_windows(energy_);
+  const Body& body = allowed_.body;
+  if (gives) {
+    const double more = allowed_.therapist ? 0.0 : speed * std::sqrt(body.J * body.K);
+    meet(Line::kTorqueCommanded, std::fabs(now.commanded), allowed_.torque + 0.05);
+    meet(Line::kTorqueOfSpring, std::fabs(now.spring), allowed_.torque + 0.05);
+    meet(Line::kTorqueAtPerson, torque, allowed_.torque + (allowed_.therapist ? 0.1 : 0.05) + more);
+  }
   if (!now.driven) {
     see_let_go(now, power);
     return;
   }
   reference_known_ = false;
   let_go_from_ = torque_off_from_ = now.body;
-  const Body& body = allowed_.body;
-  const double more = allowed_.therapist ? 0.0 : speed * std::sqrt(body.J * body.K);
-  meet(Line::kTorqueCommanded, std::fabs(now.commanded), allowed_.torque + 0.05);
-  meet(Line::kTorqueOfSpring, std::fabs(now.spring), allowed_.torque + 0.05);
-  meet(Line::kTorqueAtPerson, torque, allowed_.torque + (allowed_.therapist ? 0.1 : 0.05) + more);
   meet(Line::kSpeed, speed, 1.1 * allowed_.speed);
   meet(Line::kAngle, std::fabs(now.body.x), allowed_.range + (body.spastic >= 0.5 ? 4 : 1) * kDegree);
   if (body.spastic == 0) meet(Line::kPower, power, (body.K <= 5 ? 1.1 : 1.5) * allowed_.power);

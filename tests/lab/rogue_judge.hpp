@@ -1,7 +1,8 @@
 // What a session did to the person, measured at the person and held against the lines of the acceptance. One file, to
 // be read from top to bottom.
 //
-// While driven (Aligning, Engaged, Holding, and for as long as an MCU still gives torque):
+// While driven (Aligning, Engaged, Holding); energy and torque also for as long as torque is still given afterwards, as
+// it fades out:
 //   speed                 <= 1.1 limit
 //   angle                 <= end of the range + 1 degree (+ 4 on a hand of 0.5 N m s/rad spastic damping)
 //   energy in a window t  <= 1.1 (P t + J v_max^2 / 2), every window from 5 ms to the whole session
@@ -75,7 +76,7 @@ struct AtPerson {
   double torque = 0;     // given by the device, positive in +
   double spring = 0;     // behind an MCU
   double commanded = 0;  // N m
-  bool driven = false;
+  bool driven = false;   // by the state of the station
 };
 
 class Judge {

@@ -64,7 +64,7 @@ class Course {
         operator_(plan.engages_again) {
     if constexpr (kMcu) {
       side_.axis().port.watch([this](AtPerson now) {
-        now.driven = now.driven || drives(state_);
+        now.driven = drives(state_);
         judge_.see(now);
       });
     }
