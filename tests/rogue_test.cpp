@@ -69,7 +69,7 @@ Outcome unguarded_box(const Genome& genome) {
       x += 0.25e-3 * v;
     }
     const StationState state = t > 1.05 && !peer.silent() ? StationState::kEngaged : StationState::kReady;
-    judge.see({.t_s = t, .body = {x, v, 0, 0}, .torque = kK * x + kB * v, .commanded = torque, .driven = true});
+    judge.see({.t_s = t, .body = {x, v, 0, 0, 0}, .torque = kK * x + kB * v, .commanded = torque, .driven = true});
     torque = 0;
     for (const Packet<1>& packet : peer.tick({t, x, v, kK * x + kB * v, state, {}})) {
       if (state == StationState::kEngaged && packet.state == state)
@@ -201,7 +201,7 @@ TEST(RogueJudge, ComparesWhoIsLetGoWithTheSamePersonLetGo) {
       const double t = k * 1e-3 - 0.1;
       AtPerson now{.t_s = k * 1e-3, .body = {A, 0, 0, 0}, .torque = 2 * A, .commanded = 2 * A, .driven = true};
       if (t > 0) {
-        now.body = {A * std::cos(w * t), -more * A * w * std::sin(w * t), 0, 0};
+        now.body = {A * std::cos(w * t), -more * A * w * std::sin(w * t), 0, 0, 0};
         now.torque = 2 * now.body.x, now.commanded = 0, now.driven = false;
       }
       fresh.see(now);

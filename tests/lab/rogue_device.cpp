@@ -7,6 +7,8 @@
 namespace farhand::rogue {
 namespace {
 
+constexpr int kLetGoLoops = 4;  // without any torque commanded
+
 std::int16_t counts(double value, double per_unit) noexcept {
   return static_cast<std::int16_t>(std::clamp(std::lround(value * per_unit), -32767l, 32767l));
 }
@@ -29,11 +31,14 @@ void WatchedPort::advance(double t_s) noexcept {
     if (!see_) continue;
     const SeriesElasticWorld::Truth world = emulator.world().truth();
     const double commanded = mcu::to_nm(emulator.core().torque_command());
+    // An MCU that let go by itself drives nobody, whatever its station was told.
+    since_torque_ = commanded != 0 ? 0 : since_torque_ + 1;
     see_({.t_s = at,
           .body = {world.x, world.v, world.motor_x, world.motor_v},
           .torque = world.f,
           .spring = world.spring_torque,
-          .commanded = commanded});
+          .commanded = commanded,
+          .driven = since_torque_ < kLetGoLoops});
   }
 }
 

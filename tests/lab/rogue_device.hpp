@@ -86,6 +86,7 @@ class WatchedPort {
   double engaged_s_ = -1;
   mcu::FrameDecoder decoder_;
   std::deque<Late> to_pc_, to_mcu_;
+  int since_torque_ = 0;  // loops of the MCU
   std::int16_t angle_shown_ = 0, torque_shown_ = 0;
 };
 

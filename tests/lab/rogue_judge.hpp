@@ -76,7 +76,7 @@ struct AtPerson {
   double torque = 0;     // given by the device, positive in +
   double spring = 0;     // behind an MCU
   double commanded = 0;  // N m
-  bool driven = false;   // by the state of the station
+  bool driven = false;   // by the state of the station, and by its MCU if there is one
 };
 
 class Judge {

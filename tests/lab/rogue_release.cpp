@@ -12,13 +12,14 @@ constexpr double kWatched = 0.4;   // s, more than a swing of the slowest body
 
 BodyState rate(const Body& b, const BodyState& s) noexcept {
   const double tau = b.spring > 0 ? b.spring * (s.motor_x - s.x) : 0.0;
-  const double wanted = std::clamp(s.v - b.spring_gain * tau, -b.motor_limit, b.motor_limit);
-  return {s.v, (tau - b.viscous * s.v - b.reaction(s.x, s.v)) / b.J, s.motor_v,
-          2 * std::numbers::pi * b.motor_hz * (wanted - s.motor_v)};
+  const double wanted = std::clamp(s.v - s.v_lag - b.spring_gain * tau, -b.motor_limit, b.motor_limit);
+  const double a = (tau - b.viscous * s.v - b.reaction(s.x, s.v)) / b.J;
+  return {s.v, a, s.motor_v, 2 * std::numbers::pi * b.motor_hz * (wanted - s.motor_v),
+          b.velocity_cutoff > 0 ? a - b.velocity_cutoff * s.v_lag : 0.0};
 }
 
 BodyState moved(const BodyState& s, const BodyState& d, double h) noexcept {
-  return {s.x + h * d.x, s.v + h * d.v, s.motor_x + h * d.motor_x, s.motor_v + h * d.motor_v};
+  return {s.x + h * d.x, s.v + h * d.v, s.motor_x + h * d.motor_x, s.motor_v + h * d.motor_v, s.v_lag + h * d.v_lag};
 }
 
 }  // namespace
@@ -39,7 +40,7 @@ LetGo let_go(const Body& body, BodyState s) noexcept {
     const auto mean = [](double p, double q, double r, double u) { return (p + 2 * q + 2 * r + u) / 6; };
     s = moved(s,
               {mean(a.x, b.x, c.x, d.x), mean(a.v, b.v, c.v, d.v), mean(a.motor_x, b.motor_x, c.motor_x, d.motor_x),
-               mean(a.motor_v, b.motor_v, c.motor_v, d.motor_v)},
+               mean(a.motor_v, b.motor_v, c.motor_v, d.motor_v), mean(a.v_lag, b.v_lag, c.v_lag, d.v_lag)},
               kStep);
     if (std::fabs(s.x) > body.stop) {
       s.x = std::copysign(body.stop, s.x);

@@ -12,12 +12,14 @@ struct Body {
   double stop = 0.5236;  // rad, both ways
   double spring = 0;     // N m/rad, behind an MCU; 0: a direct drive
   double motor_hz = 30, motor_limit = 4, spring_gain = 10;
+  double velocity_cutoff = 0;  // rad/s, of the joint's velocity that the motor follows; 0: as it is
 
   double reaction(double x, double v) const noexcept;  // without the person's inertia
 };
 
 struct BodyState {
   double x = 0, v = 0, motor_x = 0, motor_v = 0;
+  double v_lag = 0;  // rad/s, by which the velocity that the motor follows is behind v
 };
 
 struct LetGo {

@@ -64,7 +64,7 @@ class Course {
         operator_(plan.engages_again) {
     if constexpr (kMcu) {
       side_.axis().port.watch([this](AtPerson now) {
-        now.driven = drives(state_);
+        now.driven = now.driven && drives(state_);
         judge_.see(now);
       });
     }
@@ -158,7 +158,8 @@ Allowed allowed_of(const scene::Scene& scene, const Cell& cell, const Plan& plan
             .spring = mcu ? elastic.spring_nm_per_rad() : 0.0,
             .motor_hz = elastic.motor_bandwidth_hz(),
             .motor_limit = elastic.motor_speed_limit_rad_s(),
-            .spring_gain = scene.slave().mcu().spring_gain_per_s()};
+            .spring_gain = scene.slave().mcu().spring_gain_per_s(),
+            .velocity_cutoff = scene.slave().mcu().g_v_rad_s()};
   return a;
 }
 
