@@ -11,6 +11,7 @@
 
 #include "common/control/four_channel.hpp"
 #include "common/control/limits.hpp"
+#include "common/control/person_bound.hpp"
 #include "common/runtime/live_status.hpp"
 #include "common/scene/patient_guard.hpp"
 #include "tests/support/uniform.hpp"
@@ -181,20 +182,56 @@ TEST(ReferenceGate, WhatIsWithinTheLimitsPassesUnchanged) {
   }
 }
 
-TEST(TorqueGate, AccelerationAskedForEndsAtTheLimits) {
+TEST(PersonBound, AccelerationAskedForEndsAtTheLimitsOfAnAxisThatDoesWhatItIsAskedFor) {
   Draw draw(23);
   for (int round = 0; round < 100; ++round) {
-    const GateParams p{.torque = 10, .acceleration = draw(100, 5000), .speed = draw(0.5, 5)};
-    TorqueGate<1> gate(p, kDt);
-    J1 v(0.0);
-    for (int k = 0; k < 200; ++k) {
-      const J1 a = gate.bounded(J1(draw(0, 1) < 0.5 ? 1e4 : draw(-1e4, 1e4)), v);
-      ASSERT_LE(std::abs(a[0]), p.acceleration);
-      v += kDt * a;
-      ASSERT_LE(std::abs(v[0]), p.speed * (1 + 1e-12));  // an axis that does what it is asked for
+    const GateParams gate{.range_min = -draw(0.1, 1), .range_max = draw(0.1, 1), .acceleration = draw(100, 5000)};
+    const PersonBoundParams p{.speed = draw(0.5, 5), .power = draw(0.5, 5)};
+    PersonBound<1> bound(p, gate, 4e-3, 250, kDt);
+    Motion<1> local;
+    for (int k = 0; k < 2000; ++k) {
+      local.f[0] = draw(0, 1) < 0.9 ? 0.0 : draw(-3, 3);
+      const J1 a = bound.step(J1(draw(0, 1) < 0.5 ? 1e4 : draw(-1e4, 1e4)), local, local.f, local.f, 1);
+      ASSERT_LE(std::abs(a[0]), gate.acceleration);
+      local.v += kDt * a;
+      local.x += kDt * local.v;
+      ASSERT_LE(std::abs(local.v[0]), p.speed * (1 + 1e-12));
+      ASSERT_LE(local.x[0], gate.range_max + 1e-3);
+      ASSERT_GE(local.x[0], gate.range_min - 1e-3);
     }
-    gate.bounded(J1(kNan), v);
-    EXPECT_EQ(gate.pass(gate.bounded(J1(kNan), v), J1(0.0))[0], 0.0);
+    TorqueGate<1> last(gate, kDt);
+    EXPECT_EQ(last.pass(bound.step(J1(kNan), local, local.f, local.f, 1), J1(0.0))[0], 0.0);
+  }
+}
+
+TEST(PersonBound, SpeedIsBoundedByPowerOverWhatResists) {
+  const GateParams gate{.range_min = -10, .range_max = 10};
+  const PersonBoundParams p{.speed = 4, .power = 2};
+  for (const double f : {0.5, 1.0, 2.0, 3.0}) {
+    PersonBound<1> bound(p, gate, 4e-3, 250, kDt);
+    Motion<1> local;
+    local.f[0] = f;
+    for (int k = 0; k < 1000; ++k) {
+      local.v += kDt * bound.step(J1(1e3), local, local.f, local.f, 1);
+      local.x += kDt * local.v;
+    }
+    EXPECT_NEAR(local.v[0], 2 / (f + 0.1), 1e-3);
+    EXPECT_LE(f * local.v[0], 2.0);
+    EXPECT_EQ(bound.active(), kLimitPower);
+  }
+}
+
+TEST(PersonBound, WhatIsFarFromEveryLimitPassesToTheBit) {
+  Draw draw(24);
+  PersonBound<1> bound({.speed = 4, .power = 2}, {}, 4e-3, 250, kDt);
+  for (int k = 0; k < 10'000; ++k) {
+    Motion<1> local;
+    local.x[0] = draw(-0.2, 0.2);
+    local.v[0] = draw(-1, 1);
+    local.f[0] = draw(-0.5, 0.5);
+    const J1 asked(draw(-40, 40));
+    ASSERT_EQ(bound.step(asked, local, local.f, local.f, 1)[0], asked[0]);
+    ASSERT_EQ(bound.active(), 0u);
   }
 }
 

@@ -101,6 +101,7 @@ struct Continuity {
   Joints<1> torque = Joints<1>::Zero();
   bool begun = false;
   int changes = 0;
+  double left = 0;  // rad, of the old motion on coming to rest
   double largest_step = 0, largest_torque_step_at_change = 0;
 
   void see(const TickTrace<1>& now, const Joints<1>& tau) {
@@ -112,13 +113,14 @@ struct Continuity {
       const Joints<1> own = (now.local.x - last.local.x).abs();
       if (now.state != last.state) {
         ++changes;
+        left = now.state == S::kHolding ? (now.target.x - now.local.x).abs().maxCoeff() : 0.0;
         ASSERT_LE(dx.maxCoeff(), 1e-9);
         ASSERT_LE((now.target.v - last.target.v).abs().maxCoeff(), 1e-9);
         ASSERT_LE((now.target.f - last.target.f).abs().maxCoeff(), 1e-9);
         largest_torque_step_at_change = std::max(largest_torque_step_at_change, (tau - torque).abs().maxCoeff());
       } else {
         double explained = own.maxCoeff() + (now.remote.x - last.remote.x).abs().maxCoeff() +
-                           1.5 * params.align_speed * params.scene.drive.dt_s;
+                           1.5 * std::max(params.align_speed, left / params.blend_s) * params.scene.drive.dt_s;
         if (now.state == S::kEngaged) {
           explained += std::abs(now.compensation.x_cdob - last.compensation.x_cdob) +
                        std::abs(now.compensation.alpha - last.compensation.alpha) * std::abs(now.compensation.x_cdob);

@@ -1,9 +1,11 @@
 #include "common/config/station_params.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "common/config/scene_loops.hpp"
+#include "common/config/world_params.hpp"
 #include "common/device/mcu_frame.hpp"
 
 namespace farhand {
@@ -31,6 +33,7 @@ DriveParams drive_params(const scene::Scene& scene, const scene::Axis& axis) {
             .velocity = axis.velocity_limit_rad_s(),
             .range_min = axis.range_min_rad(),
             .range_max = axis.range_max_rad()};
+  p.person = {.speed = axis.velocity_limit_rad_s()};
   p.take_over_s = scene.engagement().blend_s();
   p.dt_s = scene.tick_s();
   return p;
@@ -112,6 +115,14 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
                                 .rounds = static_cast<int>(i.rounds())},
                      .torque = i.torque_nm()};
   }
+  p.intake = {.torque = axis.torque_limit_nm(),
+              .velocity = axis.velocity_limit_rad_s(),
+              .range_min = axis.range_min_rad(),
+              .range_max = axis.range_max_rad()};
+  if (scene.architecture() == scene::WAVE) {
+    const double b = p.scene.wave.b;
+    p.intake.wave = (b * p.intake.velocity + p.intake.torque) / std::sqrt(2 * b);
+  }
   p.align_speed = e.align_speed_rad_s();
   p.align_tolerance = e.align_tolerance_rad();
   p.blend_s = e.blend_s();
@@ -131,36 +142,65 @@ double count_rad(const scene::Scene& scene) {
   return elastic ? std::max(count, 1.0 / mcu::kAngleCountsPerRad) : count;
 }
 
-// What is known of the device in which the hand is, and of what it may be tied to.
-PlausibilityParams plausibility_params(const scene::Scene& scene, const DriveParams& drive) {
+// What is known of a device and of the person in it, who may be twice as stiff as said.
+struct Known {
+  double stop_min, stop_max;  // rad
+  double count;               // rad
+  double J;                   // kg m2, with what moves along
+  double person_stiffness, person_damping;
+  double dry_friction;  // N m, of the device
+};
+
+PlausibilityParams plausibility_params(const Known& known, const DriveParams& drive) {
+  PlausibilityParams p;
+  p.dt_s = drive.dt_s;
+  p.stop_min = known.stop_min;
+  p.stop_max = known.stop_max;
+  p.resolution = std::max(known.count, kFinestCount);
+  // The motor and a person who is as strong, twice, because the inertia may be less than believed.
+  p.top_acceleration = 4 * drive.gate.torque / drive.model.J_n;
+  p.g_reac = drive.g_reac;
+  p.settle_s = 10 / drive.g_v.rad_s();
+  // A loop with a higher J_n/J is not stable.
+  p.least_inertia = drive.model.J_n / 1.3;
+  p.hand_stiffness = std::max(kStiffestHand, 2 * known.person_stiffness);
+  p.inertia = 2 * std::max(drive.model.J_n, known.J);
+  // The loop itself holds the axis like a spring of K_p/K_f; without a force gain nothing moves it for good.
+  p.stiffness = std::max({kStiffestGrasp, p.hand_stiffness, 2 * drive.K.K_p / std::max(drive.K.K_f, 1e-9)});
+  p.damping = 2 * known.person_damping;
+  p.friction = 2 * std::max(drive.model.coulomb, known.dry_friction) + 0.01 * drive.gate.torque;
+  return p;
+}
+
+PlausibilityParams plausibility_of_slave(const scene::Scene& scene, const DriveParams& drive) {
   const scene::Slave& slave = scene.slave();
   const scene::Motor& motor = slave.motor();
   const scene::SeriesElastic& elastic = slave.series_elastic();
-  const bool is_elastic = slave.device() == scene::SERIES_ELASTIC;
-  const scene::LuGre& bristle = is_elastic ? elastic.tendon_lugre() : motor.lugre();
-  const bool has_bristle = is_elastic ? elastic.has_tendon_lugre() : motor.has_lugre();
-  const double dry = is_elastic ? elastic.tendon_friction_nm() : motor.coulomb_nm();
-  PlausibilityParams p;
-  p.dt_s = drive.dt_s;
-  p.stop_min = is_elastic ? elastic.stop_min_rad() : motor.stop_min_rad();
-  p.stop_max = is_elastic ? elastic.stop_max_rad() : motor.stop_max_rad();
-  p.resolution = std::max(count_rad(scene), kFinestCount);
-  // The motor and a person who is as strong, twice, because the inertia may be less than believed.
-  p.top_acceleration = 4 * drive.gate.torque / drive.model.J_n;
-  p.g_reac = is_elastic ? Cutoff::rad_s(slave.mcu().g_rad_s()) : drive.g_reac;
-  p.settle_s = 10 / (is_elastic ? slave.mcu().g_v_rad_s() : drive.g_v.rad_s());
-  // A loop with a higher J_n/J is not stable.
-  p.least_inertia = drive.model.J_n / 1.3;
-  p.hand_stiffness =
-      std::max({kStiffestHand, 2 * slave.hand().stiffness_nm_per_rad(), 2 * slave.wall().stiffness_nm_per_rad()});
-  p.inertia = 2 * std::max(drive.model.J_n, is_elastic ? elastic.j_joint_kgm2() : motor.j_kgm2());
-  // The loop itself holds the axis like a spring of K_p/K_f; without a force gain nothing moves it for good.
-  p.stiffness = std::max({kStiffestGrasp, p.hand_stiffness, 2 * drive.K.K_p / std::max(drive.K.K_f, 1e-9)});
-  p.damping = 2 * std::max(slave.hand().damping_nms_per_rad(), slave.wall().damping_nms_per_rad());
-  p.friction =
-      2 * std::max({drive.model.coulomb, dry, has_bristle ? bristle.f_s_nm() : 0.0}) + 0.01 * drive.gate.torque;
-  if (is_elastic) p.unseen_nm_per_s = 2 * elastic.spring_nm_per_rad() * elastic.motor_speed_limit_rad_s();
+  const double stiffness = std::max(slave.hand().stiffness_nm_per_rad(), slave.wall().stiffness_nm_per_rad());
+  const double damping = std::max(slave.hand().damping_nms_per_rad(), slave.wall().damping_nms_per_rad());
+  if (slave.device() != scene::SERIES_ELASTIC) {
+    const double dry = std::max(motor.coulomb_nm(), motor.has_lugre() ? motor.lugre().f_s_nm() : 0.0);
+    return plausibility_params(
+        {motor.stop_min_rad(), motor.stop_max_rad(), count_rad(scene), motor.j_kgm2(), stiffness, damping, dry}, drive);
+  }
+  const double dry =
+      std::max(elastic.tendon_friction_nm(), elastic.has_tendon_lugre() ? elastic.tendon_lugre().f_s_nm() : 0.0);
+  PlausibilityParams p = plausibility_params({elastic.stop_min_rad(), elastic.stop_max_rad(), count_rad(scene),
+                                              elastic.j_joint_kgm2(), stiffness, damping, dry},
+                                             drive);
+  p.g_reac = Cutoff::rad_s(slave.mcu().g_rad_s());
+  p.settle_s = 10 / slave.mcu().g_v_rad_s();
+  p.unseen_nm_per_s = 2 * elastic.spring_nm_per_rad() * elastic.motor_speed_limit_rad_s();
   return p;
+}
+
+PlausibilityParams plausibility_of_master(const scene::Scene& scene, const DriveParams& drive) {
+  const scene::Motor& motor = scene.master().motor();
+  const auto arm = master_world_params(scene).load;
+  const double dry = std::max(motor.coulomb_nm(), motor.has_lugre() ? motor.lugre().f_s_nm() : 0.0);
+  return plausibility_params({motor.stop_min_rad(), motor.stop_max_rad(), count_rad(motor.encoder_counts_per_rev()),
+                              motor.j_kgm2() + arm.J_h, arm.K_h, arm.B_h, dry},
+                             drive);
 }
 
 PatientLimits patient_limits(const scene::Slave& slave) {
@@ -188,6 +228,12 @@ StationParams master_station_params(const scene::Scene& scene, std::uint32_t ses
   p.scene.sdcv.f_1 *= p.scale.force;
   p.scene.sdcv.f_2 *= p.scale.force;
   p.identifying.resolution = count_rad(scene.master().motor().encoder_counts_per_rev());
+  p.scene.drive.person.power = scene.master().limits().power_w();
+  p.scene.drive.person.free = true;
+  p.guard.plausibility = plausibility_of_master(scene, p.scene.drive);
+  p.guard.oscillation = {.limit = scene.master().limits().shaking_limit_rad_s(),
+                         .resolution = p.identifying.resolution,
+                         .dt_s = scene.tick_s()};
   return p;
 }
 
@@ -195,11 +241,11 @@ StationParams slave_station_params(const scene::Scene& scene, std::uint32_t sess
   const scene::Axis& axis = scene.slave().axis();
   StationParams p = station_params(scene, Role::kFollower, axis, session);
   p.scene.drive.gate.acceleration = axis.acceleration_limit_rad_s2();
-  p.scene.drive.gate.speed = axis.velocity_limit_rad_s();
+  p.scene.drive.person.power = scene.slave().limits().power_w();
   p.scene.tank.alpha = p.scene.tank.B_fast = 0.0;  // what the therapist does not feel does not tell him either
   p.identifying.resolution = count_rad(scene.slave().motor().encoder_counts_per_rev());
   p.guard.limits = patient_limits(scene.slave());
-  p.guard.plausibility = plausibility_params(scene, p.scene.drive);
+  p.guard.plausibility = plausibility_of_slave(scene, p.scene.drive);
   p.guard.oscillation = {
       .limit = scene.slave().shaking_limit_rad_s(), .resolution = count_rad(scene), .dt_s = scene.tick_s()};
   return p;

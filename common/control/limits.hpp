@@ -16,30 +16,12 @@ namespace farhand {
 template <int N>
 class TorqueGate {
  public:
-  TorqueGate(const GateParams& params, double dt_s)
-      : params_(params), torque_step_(params.torque_rate * dt_s), bounds_(bounds(params)) {}
-
-  // The acceleration to ask for, before it becomes a torque: within the limit, and so that the speed ends at its own
-  // like a low-pass of kBrake. (Cutting the torque instead would chatter: over a tenth of the limit it is a gain of
-  // 75 N m s/rad on 4 g m2, and the speed is known 3 ms late.)
-  Joints<N> bounded(const Joints<N>& a_ref, const Joints<N>& v) noexcept {
-    Joints<N> a = a_ref;
-    for (int i = 0; bounds_ && i < N; ++i) {
-      const auto bound = [&](double low, double high, std::uint32_t bit) {
-        if (a[i] > high || a[i] < low) pending_ |= bit;
-        a[i] = a[i] > high ? high : a[i] < low ? low : a[i];
-      };
-      bound(-kBrake * (params_.speed + v[i]), kBrake * (params_.speed - v[i]), kLimitVelocity);
-      bound(-params_.acceleration, params_.acceleration, kLimitAcceleration);
-    }
-    return a;
-  }
+  TorqueGate(const GateParams& params, double dt_s) : params_(params), torque_step_(params.torque_rate * dt_s) {}
 
   // wish: N m; x: position now. Returns the torque to apply. Not finite anywhere: the whole wish is replaced by zero,
   // because half a vector is not a motion. Outward torque fades out over the last kFade before the end of the range.
   const Joints<N>& pass(const Joints<N>& wish, const Joints<N>& x) noexcept {
-    active_ = pending_;
-    pending_ = 0;
+    active_ = 0;
     Joints<N> tau = wish;
     if (!wish.allFinite() || !x.allFinite()) {
       tau.setZero();
@@ -63,14 +45,11 @@ class TorqueGate {
     return applied_;
   }
 
-  void limit(const GateParams& params) noexcept {  // keeps the rate
-    params_ = params;
-    bounds_ = bounds(params);
-  }
+  void limit(const GateParams& params) noexcept { params_ = params; }  // keeps the rate
 
   // Zero without a ramp.
   const Joints<N>& cut() noexcept {
-    active_ = pending_ = 0;
+    active_ = 0;
     applied_.setZero();
     return applied_;
   }
@@ -79,15 +58,11 @@ class TorqueGate {
   std::uint32_t active() const noexcept { return active_; }
 
  private:
-  static bool bounds(const GateParams& p) noexcept { return std::isfinite(p.acceleration) || std::isfinite(p.speed); }
-
   static constexpr double kFade = 0.0175;  // rad, one degree
-  static constexpr double kBrake = 250.0;  // 1/s, half of the velocity filter's cut-off
   GateParams params_;
   double torque_step_;
-  bool bounds_;  // the acceleration; the therapist's axis has none
   Joints<N> applied_ = Joints<N>::Zero();
-  std::uint32_t active_ = 0, pending_ = 0;
+  std::uint32_t active_ = 0;
 };
 
 // For axes that close their own loop and take references. The position moves with bounded velocity and acceleration and

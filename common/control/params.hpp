@@ -55,7 +55,22 @@ struct GateParams {
   double range_min = -0.349;    // rad
   double range_max = 0.349;
   double acceleration = std::numeric_limits<double>::infinity();  // rad/s2, asked for
-  double speed = std::numeric_limits<double>::infinity();         // rad/s, of an axis that takes a torque
+};
+
+// What is taken of what a peer says (common/control/intake.hpp), in the size of this side.
+struct IntakeParams {
+  double torque = 3.0;        // N m
+  double velocity = 4.0;      // rad/s
+  double range_min = -0.349;  // rad
+  double range_max = 0.349;
+  double wave = 0.0;  // sqrt(W), where the integral of a wave stands in the torque's place; 0: it does not
+};
+
+// What an axis may do to the person in it while it is driven (common/control/person_bound.hpp).
+struct PersonBoundParams {
+  double speed = std::numeric_limits<double>::infinity();  // rad/s
+  double power = std::numeric_limits<double>::infinity();  // W, given to the person
+  bool free = false;                                       // what the person does himself is left alone, however fast
 };
 
 }  // namespace farhand

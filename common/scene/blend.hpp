@@ -20,9 +20,12 @@ class Blend {
   // From now on the source is another one; `last` is the motion that was followed, `source` the first one of the new
   // source.
   void begin(const Motion<N>& last, const Motion<N>& source) noexcept {
-    residual_ = {last.x - source.x, last.v - source.v, last.f - source.f};
-    length_s_ = std::max(blend_s_, residual_.x.abs().maxCoeff() / speed_);
-    elapsed_s_ = 0.0;
+    begin(last, source, std::max(blend_s_, (last.x - source.x).abs().maxCoeff() / speed_));
+  }
+  // The new source is where the axis is, and leads it nowhere: what is left of the old one, and the torque by which it
+  // pressed, is gone within kRest, however far away it was.
+  void begin_rest(const Motion<N>& last, const Motion<N>& source) noexcept {
+    begin(last, source, std::min(blend_s_, kRest));
   }
 
   // dt_s: time since the last step or begin.
@@ -38,6 +41,14 @@ class Blend {
   bool done() const noexcept { return elapsed_s_ >= length_s_; }
 
  private:
+  static constexpr double kRest = 0.5;  // s
+
+  void begin(const Motion<N>& last, const Motion<N>& source, double length_s) noexcept {
+    residual_ = {last.x - source.x, last.v - source.v, last.f - source.f};
+    length_s_ = length_s;
+    elapsed_s_ = 0.0;
+  }
+
   double blend_s_, speed_;
   Motion<N> residual_;
   double length_s_ = 0.0, elapsed_s_ = 0.0;

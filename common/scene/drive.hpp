@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/control/limits.hpp"
+#include "common/control/person_bound.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/scene/drive_io.hpp"
 #include "common/scene/params.hpp"
@@ -27,6 +28,7 @@ class DirectDrive {
         derivative_(p.g_v, p.dt_s),
         dob_(p.model.J_n, p.g_dis, p.dt_s),
         rtob_(p.model, p.g_reac, p.dt_s),
+        bound_(p.person, p.gate, p.model.J_n, p.K.K_f, p.dt_s),
         gate_(p.gate, p.dt_s),
         rise_(p.dt_s / p.take_over_s),
         fall_(p.dt_s / kLetGo) {}
@@ -44,12 +46,17 @@ class DirectDrive {
   Command safe() noexcept;
 
   bool at_rest(const Sensed& /*sensed*/) const noexcept { return (gate_.applied() == 0.0).all(); }
-  void limit(const GateParams& gate) noexcept { gate_.limit(gate); }  // from now on
+  void limit(const GateParams& gate) noexcept {  // from now on
+    bound_.limit(gate);
+    gate_.limit(gate);
+  }
 
   const Joints<N>& torque() const noexcept { return gate_.applied(); }  // applied
   // What acts on the axis since the last tick, without what carries its weight.
   Joints<N> acting(const Motion<N>& /*local*/) const noexcept { return gate_.applied() - rtob_.gravity_load(); }
-  std::uint32_t active_limits() const noexcept { return gate_.active(); }
+  std::uint32_t active_limits() const noexcept { return gate_.active() | limits_; }
+  // By which the person in the device is spared (common/control/person_bound.hpp).
+  std::uint32_t spared() const noexcept { return limits_; }
 
  private:
   AxisModel model_;
@@ -57,7 +64,9 @@ class DirectDrive {
   Derivative<N> derivative_;
   Dob<N> dob_;
   Rtob<N> rtob_;
+  PersonBound<N> bound_;
   TorqueGate<N> gate_;
+  std::uint32_t limits_ = 0;             // of the bound, where it counts
   static constexpr double kLetGo = 0.2;  // s
   double rise_, fall_;
   double authority_ = 0.0;
@@ -114,6 +123,7 @@ class ReferenceDrive {
     return local.f;
   }  // its spring, as far as the hand feels it
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
+  std::uint32_t spared() const noexcept { return 0; }  // that is up to the device
 
  private:
   Derivative<N> derivative_;

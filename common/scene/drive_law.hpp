@@ -9,6 +9,7 @@ namespace farhand {
 template <int N>
 void DirectDrive<N>::reset(const Sensed& sensed) noexcept {
   derivative_.reset(sensed.x);
+  bound_.reset();
   dob_.reset(Joints<N>::Zero(), Joints<N>::Zero());
   rtob_.reset(-model_.gravity_load<N>(sensed.x), Joints<N>::Zero());
 }
@@ -27,7 +28,10 @@ template <int N>
 auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept
     -> Command {
   authority_ = std::clamp(authority_ + (driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
-  const Joints<N> wish = model_.J_n * gate_.bounded(four_channel(K_, local, target), local.v) + dob_.value();
+  const Joints<N> asked = four_channel(K_, local, target);
+  const Joints<N> a_ref = bound_.step(asked, local, gate_.applied(), dob_.value(), ticks);
+  limits_ = driven ? bound_.active() : 0u;
+  const Joints<N> wish = model_.J_n * a_ref + dob_.value();
   // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.
   if (model_.gravity == 0.0) return {gate_.pass(authority_ * wish, local.x)};
   const Joints<N>& idle = rtob_.gravity_load();
@@ -37,6 +41,7 @@ auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, boo
 template <int N>
 auto DirectDrive<N>::safe() noexcept -> Command {
   authority_ = 0.0;
+  limits_ = 0;
   return {gate_.cut()};
 }
 

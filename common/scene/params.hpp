@@ -20,6 +20,7 @@ struct DriveParams {
   Cutoff g_reac = Cutoff::rad_s(200.0);
   Cutoff g_v = Cutoff::rad_s(500.0);
   GateParams gate;
+  PersonBoundParams person;
   double take_over_s = 0.5;  // the law's share of the torque rises from 0 to 1 in this time
   double dt_s = 1e-3;
 };
@@ -70,10 +71,11 @@ struct StationParams {
   Architecture architecture = Architecture::kFourChannel;
   SceneParams scene;
   ReceiverParams receive;
+  IntakeParams intake;
   EngagementParams engagement;
   HomingParams homing;            // used where the engagement asks for it
   IdentifyingParams identifying;  // so too
-  GuardParams guard;              // the follower's only
+  GuardParams guard;              // limits: the follower's only
   double align_speed = 0.3;       // rad/s
   double align_tolerance = 0.01;  // rad
   double blend_s = 0.5;

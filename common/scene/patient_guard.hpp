@@ -1,9 +1,11 @@
 // Authority of the patient's side: what a hand in the device may be given, decided in the box and by nothing that comes
-// over the network. One per follower; a therapist's station has none.
+// over the network. One per follower; the therapist's station has the watch alone (common/scene/axis_watch.hpp).
 //
 //   limit                  reaction                                              where
-//   position, velocity,    clip: the last gate                                   common/control/limits.hpp
-//   acceleration, torque
+//   torque, its rate,      clip: the last gate                                   common/control/limits.hpp
+//   references
+//   speed, power, way to   less acceleration, by torque and speed now            common/control/person_bound.hpp, or
+//   the end of the range                                                         the MCU
 //   power                  lower gain: the network's share falls at once,        common/control/patient_limits.hpp
 //                          comes back slowly
 //   energy in a minute     hold until below 0.9 of it, then let go               "
@@ -25,45 +27,11 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <optional>
 
 #include "common/control/patient_limits.hpp"
-#include "common/scene/drive_io.hpp"
-#include "common/scene/engagement.hpp"
-#include "common/scene/params.hpp"
+#include "common/scene/axis_watch.hpp"
 
 namespace farhand {
-
-template <int N>
-struct GuardInputs {
-  Motion<N> local;                       // as estimated in this tick
-  Motion<N> reference;                   // what the drive was last given to follow
-  Joints<N> torque;                      // that it last applied, or asked its device for
-  bool gives_torque = true;              // the former
-  DeviceReadings device;                 // slow readings, where the device has them
-  bool driven = false, engaged = false;  // since the last tick
-  bool valid = true;                     // the device was read; else local is of an earlier tick
-  int periods = 1;                       // of the device, since the reading before; 0: that one again
-  bool continues = true;                 // its angle is known, and counts from where that of the last tick did
-  int ticks = 1;                         // periods since the last
-};
-
-struct GuardVerdict {
-  std::optional<Reason> fault;             // latches as any fault does
-  bool hold = false;                       // as the operator's
-  bool shaken = false;                     // to be held for that, and not to be taken
-  double shaking = 0.0;                    // RMS of the velocity in the band of shaking, rad/s
-  double gain = 1.0;                       // 0..1
-  std::uint32_t limits = 0, warnings = 0;  // LimitBit, both
-};
-
-// The motion to follow under gain g.
-template <int N>
-Motion<N> yielding(const Motion<N>& local, const Motion<N>& target, double g) noexcept {
-  if (g >= 1.0) return target;
-  return {local.x + g * (target.x - local.x), g * target.v, g * target.f};
-}
 
 template <int N>
 class PatientGuard {
@@ -94,19 +62,11 @@ class PatientGuard {
   const DoseLimits& dose() const noexcept { return dose_; }
 
  private:
-  struct Joint {
-    Plausibility plausibility;
-    Oscillation oscillation;
-  };
-
-  void watch(const GuardInputs<N>& in, GuardVerdict& verdict) noexcept;
-
   static constexpr double kFade = 0.0262;  // rad
   GateParams gate_;
   double K_tn_, dt_s_;
   DoseLimits dose_;
-  double shaking_limit_;
-  std::array<Joint, N> joints_;
+  AxisWatch<N> watch_;
   Joints<N> v_reference_ = Joints<N>::Zero();
 };
 

@@ -38,7 +38,8 @@ enum class Reason : std::uint8_t {
   kSpringDisagrees,
   kShaken,
   kIdentified,
-  kAnotherAxis
+  kAnotherAxis,
+  kTherapistLimit
 };
 
 class StateSet {
@@ -116,7 +117,8 @@ constexpr const char* name_of(Reason reason) noexcept {
                                     "spring and its sensor disagree",
                                     "shaken",
                                     "identified",
-                                    "axis is not as the scene says"};
+                                    "axis is not as the scene says",
+                                    "therapist's limit"};
   return kNames[static_cast<int>(reason)];
 }
 constexpr const char* name_of(Asks asks) noexcept {

@@ -2,13 +2,14 @@
 // and packets are arguments; the command and the next packet are results. The same class runs in the programs and in
 // virtual time.
 //
-// Order within a tick: read -> observe -> play out the peer -> guard (the patient's side) -> decide the state -> motion
-// to follow -> law -> last gate -> send.
+// Order within a tick: read -> observe -> play out the peer -> intake gate -> guard (the patient's side) -> decide the
+// state -> motion to follow -> law -> last gate -> send.
 #pragma once
 
 #include <algorithm>
 #include <limits>
 
+#include "common/control/intake.hpp"
 #include "common/link/receiver.hpp"
 #include "common/scene/auto_scene.hpp"
 #include "common/scene/blend.hpp"
@@ -42,12 +43,17 @@ class Station {
         dt_s_(p.scene.drive.dt_s),
         scene_(p.scene),
         receiver_(p.receive, p.session),
+        intake_(p.intake, p.scene.drive.dt_s),
         engagement_(p.role, where_it_can(p.engagement, identifying)),
         homing_(p.homing, p.scene.drive.K, p.scene.drive.dt_s),
         identifying_(identifying),
         blend_(p.blend_s, p.align_speed),
         scaled_(p.scale.any()) {
-    if (p.role == Role::kFollower) guard_.emplace(p.guard, p.scene.drive);
+    if (p.role == Role::kFollower) {
+      guard_.emplace(p.guard, p.scene.drive);
+    } else {
+      watch_.emplace(p.guard);
+    }
   }
 
   // A packet arrived at `now` (local monotonic clock).
@@ -65,6 +71,7 @@ class Station {
   // The follower refuses to be taken by a leader that is further away than this, whatever the leader says (5 degrees).
   static constexpr double kFollowerGate = 0.0873;
   static constexpr double kLeap = 0.75e-3;  // rad
+  static constexpr double kSpared = 1.0;    // s
   static constexpr int kAfterGap = 20;      // ticks; what compensates answers the catching up a few later
 
   static EngagementParams where_it_can(EngagementParams params, const Identifying* by) noexcept {
@@ -111,10 +118,10 @@ class Station {
   // Of the energy that went through the port since the last tick, for scenes that keep account of it.
   void keep_account(const Joints<N>& moved, int ticks) noexcept {
     if constexpr (kKeepsAccount) {
-      const double told = receiver_.heard() ? receiver_.newest().energy : 0.0;
+      const double told = receiver_.newest().energy * params_.scale.force / params_.scale.position;
       scene_.keep({.torque = scene_.drive.acting(trace_.local),
                    .moved = moved,
-                   .received = told * params_.scale.force / params_.scale.position,
+                   .received = receiver_.heard() ? intake_.energy(told, driven(), ticks) : 0.0,
                    .engaged = trace_.state == StationState::kEngaged,
                    .ticks = ticks});
     }
@@ -126,34 +133,43 @@ class Station {
     return gate;
   }
 
+  bool driven() const noexcept { return asks_of(trace_.state) == Asks::kMotion; }
+
   // Following oneself asks for no acceleration.
   Motion<N> own_motion() const noexcept { return {trace_.local.x, trace_.local.v, -trace_.local.f}; }
 
   // continues: this reading counts from where the last one did.
   void guard(const typename Drive::Sensed& sensed, bool continues, OperatorAct act, int ticks) noexcept {
-    if (act == OperatorAct::kReset) guard_->reset();
-    verdict_ = guard_->step({.local = trace_.local,
-                             .reference = followed_,
-                             .torque = scene_.drive.torque(),
-                             .gives_torque = Drive::kGivesTorque,
-                             .device = sensed.device,
-                             .driven = asks_of(trace_.state) == Asks::kMotion,
-                             .engaged = trace_.state == StationState::kEngaged,
-                             .valid = was_usable_,
-                             .periods = sensed.periods,
-                             .continues = continues && engagement_.knows_angle(),
-                             .ticks = ticks});
+    const GuardInputs<N> in{.local = trace_.local,
+                            .reference = followed_,
+                            .torque = scene_.drive.torque(),
+                            .gives_torque = Drive::kGivesTorque,
+                            .device = sensed.device,
+                            .driven = driven(),
+                            .engaged = trace_.state == StationState::kEngaged,
+                            .valid = was_usable_,
+                            .periods = sensed.periods,
+                            .continues = continues && engagement_.knows_angle(),
+                            .ticks = ticks};
+    if (guard_) {
+      if (act == OperatorAct::kReset) guard_->reset();
+      verdict_ = guard_->step(in);
+    } else {
+      verdict_ = {};
+      watch_->step(in, verdict_);
+      const double spared = scene_.drive.spared() != 0 ? 1.0 : 0.0;
+      spared_ = in.engaged ? spared_ + std::min(1.0, dt_s_ * ticks / kSpared) * (spared - spared_) : 0.0;
+      verdict_.hold = spared_ > 0.5;
+    }
   }
 
   void decide(Nanoseconds now, const typename Drive::Sensed& sensed, OperatorAct act, bool peer_known) noexcept {
     const double offset = (trace_.local.x - trace_.remote.x).abs().maxCoeff();
     EngagementInputs in;
     in.act = act;
-    if (guard_) {
-      in.guard_fault = verdict_.fault;
-      in.limit_holds = verdict_.hold;
-      in.shaken = verdict_.shaken;
-    }
+    in.guard_fault = verdict_.fault;
+    in.limit_holds = verdict_.hold;
+    in.shaken = verdict_.shaken;
     in.device_valid = sensed.valid;
     in.finite = !sensed.valid || sensed.finite();
     in.in_range = params_.engagement.homing || in_range();
@@ -265,13 +281,15 @@ class Station {
   double dt_s_;
   S scene_;
   Receiver<N> receiver_;
+  Intake<N> intake_;
   Engagement engagement_;
   Homing homing_;
   Identifying* identifying_;
   Blend<N> blend_;
   std::optional<PatientGuard<N>> guard_;  // the follower's only
+  std::optional<AxisWatch<N>> watch_;     // the leader's; the guard has its own
   GuardVerdict verdict_;
-  Motion<N> followed_;  // where there is a guard
+  Motion<N> followed_;
   TickTrace<N> trace_;
   Joints<N> x_hold_ = Joints<N>::Zero();
   Joints<N> x_source_ = Joints<N>::Zero();
@@ -280,6 +298,7 @@ class Station {
   bool was_usable_ = false;
   int gap_ = 0;  // ticks in which a gap of the network still counts
   bool changed_ = false;
+  double spared_ = 0.0;                   // the leader's only, share of the ticks
   std::uint64_t missed_ = 0, taken_ = 0;  // packets, when the network was measured last
   double missing_ = 0.0, coming_ = 0.0;   // 1/s
   bool scaled_;
@@ -302,13 +321,19 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   was_usable_ = usable;
 
   const Played<N> played = receiver_.play(now);
-  trace_.remote = played.any ? in_own_size(played.motion) : own_motion();
+  if (played.any) {
+    trace_.remote = intake_.step(in_own_size(played.motion), played.held, driven(), ticks);
+  } else {
+    intake_.reset();
+    trace_.remote = own_motion();
+  }
+  trace_.cuts = intake_.cuts();
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
 
   if constexpr (kKeepsAccount) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
   if constexpr (kChooses) measure_network(ticks);
-  if (guard_) guard(sensed, continues, act, ticks);
+  guard(sensed, continues, act, ticks);
   decide(now, sensed, act, played.any);
   const Motion<N> source = choose({ticks, played.held});
   const Asks asks = asks_of(trace_.state);
@@ -316,7 +341,11 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
     trace_.target = source;
   } else {
     const bool elsewhere = changed_ || leapt(source, ticks);
-    if (elsewhere) blend_.begin(trace_.target, source);
+    if (elsewhere && trace_.state == StationState::kHolding) {
+      blend_.begin_rest(trace_.target, source);
+    } else if (elsewhere) {
+      blend_.begin(trace_.target, source);
+    }
     trace_.target = blend_.step(source, elsewhere ? 0.0 : dt_s_ * ticks);
   }
   x_source_ = source.x;
@@ -327,19 +356,24 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
 
   // What the station leads by itself has its own gate: no peer counts in it.
   const bool led = trace_.state == StationState::kHoming || trace_.state == StationState::kIdentifying;
-  if (guard_) followed_ = led ? trace_.target : guard_->allow(local, trace_.target, verdict_.gain);
-  const Motion<N>& followed = guard_ ? followed_ : trace_.target;
+  if (led) {
+    followed_ = trace_.target;
+  } else if (guard_) {
+    followed_ = guard_->allow(local, trace_.target, verdict_.gain);
+  } else {
+    followed_ = yielding(local, trace_.target, verdict_.gain);
+  }
 
   Output out;
-  out.command = usable && asks != Asks::kNothing ? scene_.drive.follow(local, followed, asks == Asks::kMotion, ticks)
+  out.command = usable && asks != Asks::kNothing ? scene_.drive.follow(local, followed_, asks == Asks::kMotion, ticks)
                                                  : scene_.drive.safe();
   if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
   if (trace_.state == StationState::kIdentifying) identifying_->sample(local.x[0], scene_.drive.torque()[0], ticks);
   trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
-  if (guard_) {
-    trace_.limits |= verdict_.limits | verdict_.warnings << kWarningShift;
-    trace_.shaking = verdict_.shaking;
-  }
+  // Who cuts what a peer says, or what its torque does, warns of it at the latest now.
+  const std::uint32_t cut = played.any ? intake_.active() | scene_.drive.spared() : scene_.drive.spared();
+  trace_.limits |= cut | cut << kWarningShift | verdict_.limits | verdict_.warnings << kWarningShift;
+  trace_.shaking = verdict_.shaking;
   trace_.effort = scene_.drive.torque()[0];
   fill(out.packet, now);
   return out;

@@ -35,8 +35,9 @@ struct TickTrace {
   Nanoseconds playout_depth = 0;
   Nanoseconds rtt = 0;
   std::uint32_t limits = 0;
+  std::uint64_t cuts = 0;         // ticks so far in which something that the peer said was cut
   Misfit misfit = Misfit::kNone;  // what the last identification found
-  double shaking = 0.0;           // of the patient's hand: RMS of its velocity in the band of shaking, rad/s
+  double shaking = 0.0;           // RMS of the own axis' velocity in the band of shaking, rad/s
 };
 
 }  // namespace farhand

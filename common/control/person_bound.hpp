@@ -1,0 +1,130 @@
+// What an axis that takes a torque may do to the person in it, bounded by what is known now and not by what was
+// delivered: power is known 16 ms late, and 2 W are passed in 40 ms.
+//
+//   a <= k_B (v_allow - v),   v_allow = min( v_max, P / (tau + 0.1 N m), v_end(way) )
+//
+// and alike downwards. tau: the torque against that direction, the larger of what acts, of what will act if it grows on
+// for 1/k_B, and of what was given. v_end: the
+// speed from which the way to the end of the range suffices to come to rest, as a low-pass of k_E close to it and with
+// the deceleration b further away, v_end (v_end + 2 b/k_E) = 2 b way. An acceleration and not a torque is bounded,
+// because the disturbance observer adds what the person resists with: speed then ends at v_allow like a low-pass of
+// k_B, whoever pushes. (Cutting the torque instead would chatter: over a tenth of the limit it is a gain of 75 N m
+// s/rad on 4 g m2, and the speed is known 3 ms late.)
+//
+// Who moves outward, or fast, by himself is not held: towards the end of the range and near the power the bound is J
+// times this over what acts against the motion. Above v_max alone he is braked as well, since a hand that was stretched
+// and is let go springs back faster.
+//
+// What a therapist does himself (free) is never slowed: it is what the axis would do if the peer said nothing,
+// a = -K_f f, an inertia of 1/K_f. By the energy that he was given over what he gave to that inertia,
+//
+//   A = int f v dt + v^2 / (2 K_f) >= 0
+//
+// it is told whether he is moved by the device: then he is braked as a hand is. (What the observers are wrong by while
+// he moves is a share of his kinetic energy.)
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "common/control/params.hpp"
+#include "common/signal/limit_bits.hpp"
+#include "common/signal/low_pass.hpp"
+#include "common/signal/motion.hpp"
+
+namespace farhand {
+
+template <int N>
+class PersonBound {
+ public:
+  // J_n: kg m2, of the axis; K_f: 1/(kg m2), of its law.
+  PersonBound(const PersonBoundParams& params, const GateParams& gate, double J_n, double K_f, double dt_s) noexcept
+      : p_(params), J_n_(J_n), K_f_(K_f), dt_s_(dt_s), f_slow_(Cutoff::rad_s(kBrake), dt_s) {
+    limit(gate);
+  }
+
+  // Nobody was given anything yet.
+  void reset() noexcept {
+    given_.setZero();
+    f_slow_.reset(Joints<N>::Zero());
+  }
+
+  void limit(const GateParams& gate) noexcept {  // from now on
+    acceleration_ = gate.acceleration;
+    range_min_ = gate.range_min;
+    range_max_ = gate.range_max;
+    bounds_ = std::isfinite(acceleration_) || std::isfinite(p_.speed) || std::isfinite(p_.power);
+  }
+
+  // The acceleration to ask for, rad/s2, before the observer's torque is added. tau: applied since the last tick;
+  // tau_dis: of the observer, positive where it resists rising angles.
+  Joints<N> step(const Joints<N>& a_ref, const Motion<N>& local, const Joints<N>& tau, const Joints<N>& tau_dis,
+                 int ticks) noexcept {
+    active_ = 0;
+    if (!bounds_) return a_ref;
+    const Joints<N> a_own = -K_f_ * local.f;
+    if (p_.free) {
+      const Joints<N> kinetic = local.v * local.v / (2 * K_f_);
+      given_ = (given_ + local.f * local.v * dt_s_ * ticks).max(-kinetic).min(kMost - kinetic);
+      const double threshold = kMoved * J_n_ * p_.speed * p_.speed + 0.5 * kinetic.sum();
+      moved_ = std::clamp((given_ + kinetic).sum() / threshold - 1.0, 0.0, 1.0);
+    }
+    const Joints<N> f_soon = local.f + kLead * (local.f - f_slow_.step(local.f));
+    Joints<N> a = a_ref;
+    for (int i = 0; i < N; ++i) {
+      const double high = most(
+          {a_own[i], local.v[i], std::max(f_soon[i], local.f[i]), tau[i], tau_dis[i], range_max_ - local.x[i]}, a[i]);
+      const double low = -most(
+          {-a_own[i], -local.v[i], -std::min(f_soon[i], local.f[i]), -tau[i], -tau_dis[i], local.x[i] - range_min_},
+          -a[i]);
+      // Where both bite (too fast one way while pulled the other) the brake counts.
+      a[i] = std::clamp(a[i], std::min(low, high), std::max(low, high));
+      if (a[i] > acceleration_ || a[i] < -acceleration_) active_ |= kLimitAcceleration;
+      a[i] = std::clamp(a[i], -acceleration_, acceleration_);
+    }
+    return a;
+  }
+
+  std::uint32_t active() const noexcept { return active_; }  // LimitBit
+
+ private:
+  struct Along {  // one direction
+    double a_own, v, f, tau, tau_dis, way;
+  };
+  // The largest acceleration along a direction; notes what makes it less than is asked for.
+  double most(const Along& now, double asked) noexcept {
+    const double against = std::max(0.0, -now.tau_dis) / J_n_;  // who moves that way by himself
+    const double by_speed = kBrake * (p_.speed - now.v);
+    const double by_power = kBrake * (p_.power / (std::max({0.0, now.f, now.tau}) + kAlways) - now.v) + against;
+    const double by_range = kBrake * (end_speed(now.way) - now.v) + against;
+    double least = std::min({by_speed, by_power, by_range});
+    const std::uint32_t bit = least == by_speed ? kLimitVelocity : least == by_power ? kLimitPower : kLimitRange;
+    if (p_.free) least += (1.0 - moved_) * std::max(0.0, now.a_own - least);
+    if (asked > least) active_ |= bit;
+    return least;
+  }
+
+  static double end_speed(double way) noexcept {
+    constexpr double kCorner = kSlowing / kEnd;
+    return way > 0.0 ? std::sqrt(kCorner * kCorner + 2 * kSlowing * way) - kCorner : 0.0;
+  }
+
+  static constexpr double kMost = 10.0;      // J
+  static constexpr double kMoved = 0.125;    // of J v_max^2: from here to twice of it he counts as moved by the device
+  static constexpr double kBrake = 80.0;     // 1/s: torque is known 5 ms late, speed 3
+  static constexpr double kLead = 1.0;       // of what f has grown over the time of k_B
+  static constexpr double kEnd = 25.0;       // 1/s
+  static constexpr double kSlowing = 100.0;  // rad/s2
+  static constexpr double kAlways = 0.1;     // N m
+  PersonBoundParams p_;
+  double J_n_, K_f_, dt_s_;
+  LowPass<N> f_slow_;
+  Joints<N> given_ = Joints<N>::Zero();  // J, int f v dt
+  double moved_ = 0.0;
+  double acceleration_ = 0.0, range_min_ = 0.0, range_max_ = 0.0;
+  bool bounds_ = false;
+  std::uint32_t active_ = 0;
+};
+
+}  // namespace farhand
