@@ -79,6 +79,44 @@ TEST(Verdict, OverrunsDegradeOnlyWhatRanAgainstAClock) {
   EXPECT_EQ(verdict(session, windows()), "ok");
 }
 
+// 8 ms in every 60: what the controller did then is not its own doing.
+TEST(Verdict, APcThatMissedItsTicksIsTheFirstReasonAndStabilityIsNotJudged) {
+  std::string why;
+  Session session = good_session();
+  set_state(session.slave, 12, 13, StationState::kHolding);
+  session.deterministic = false;
+  session.slave_counters.ticks = 870;
+  session.slave_counters.missed_ticks = 130;
+  EXPECT_EQ(verdict(session, windows(), &why), "degraded");
+  EXPECT_EQ(why.rfind("The PC of the slave missed 13.0 % of its ticks: nothing is said about the controller.", 0), 0u)
+      << why;
+  EXPECT_EQ(why.find("not stable"), std::string::npos) << why;
+  EXPECT_EQ(compute_metrics(session, windows()).number("missed_ticks"), 0.13);
+  set_state(session.slave, 14, 15, StationState::kFault);
+  EXPECT_EQ(verdict(session, windows(), &why), "failed");
+  EXPECT_EQ(why.rfind("The PC of the slave", 0), 0u) << why;
+  session = good_session();
+  session.slave_counters.ticks = 990;
+  session.slave_counters.missed_ticks = 10;
+  EXPECT_EQ(verdict(session, windows()), "ok");
+}
+
+TEST(Verdict, APcThatStoodStillOnceIsToldWithItsTime) {
+  std::string why;
+  Session session = good_session();
+  session.deterministic = false;
+  session.master_counters.ticks = 20000;
+  session.master_counters.missed_ticks = 79;
+  session.master.erase(session.master.begin() + 5000, session.master.begin() + 5079);
+  EXPECT_EQ(verdict(session, windows(), &why), "degraded");
+  EXPECT_EQ(why, "The PC of the master stood still for 80.0 ms: nothing is said about the controller.\n");
+  EXPECT_NEAR(compute_metrics(session, windows()).number("longest_gap_ms"), 80, 1e-9);
+  session.master_counters.record_overflow = 1;  // the gap may be the recording's
+  EXPECT_EQ(verdict(session, windows()), "ok");
+  session.slave_counters.record_overflow = 1;
+  EXPECT_NE(compute_metrics(session, windows()).at("longest_gap_ms").absent_because, "");
+}
+
 TEST(Verdict, HoldingForWantOfThePeerDegrades) {
   std::string why;
   Session session = good_session();

@@ -380,6 +380,9 @@ void wall_clock(const Session& session, Metrics& out) {
     return c.ticks > 0 ? static_cast<double>(c.overruns) / static_cast<double>(c.ticks) : kAbsent;
   };
   out.set("overruns", std::fmax(share(session.master_counters), share(session.slave_counters)));
+  out.set("missed_ticks", std::fmax(missed_share(session.master_counters), missed_share(session.slave_counters)));
+  out.set("longest_gap_ms", 1e3 * std::fmax(longest_gap_s(session.master, session.master_counters),
+                                            longest_gap_s(session.slave, session.slave_counters)));
   out.set("real_time_factor", session.wall.real_time_factor);
   out.set("tick_p50_us", session.wall.tick_p50_us);
   out.set("tick_p99_us", session.wall.tick_p99_us);

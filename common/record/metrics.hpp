@@ -96,6 +96,8 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
      "share of the packets which arrived that had been overtaken and were still of use, both directions"},
     {"absent", "", "metrics that could not be computed, and why"},
     {"overruns", "1", "share of ticks that took longer than a period, the larger of the two sides", false},
+    {"missed_ticks", "1", "share of ticks that this PC skipped, the larger of the two sides", false},
+    {"longest_gap_ms", "ms", "longest time from one tick to the next, the larger of the two sides", false},
     {"real_time_factor", "1", "simulated time over wall time", false},
     {"tick_p50_us", "us", "time of one tick, median, the slower side", false},
     {"tick_p99_us", "us", "time of one tick, 99 %, the slower side", false},

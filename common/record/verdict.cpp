@@ -12,7 +12,7 @@
 namespace farhand {
 namespace {
 
-constexpr double kOverrunLimit = 0.01;
+constexpr double kOverrunLimit = 0.01, kMissedLimit = 0.01;
 // A side that ran for this share of the scene's duration came to its end; a process may start a little before or after
 // the other.
 constexpr double kWholeRun = 0.98;
@@ -76,6 +76,18 @@ bool any_fault(const std::vector<StationSample>& side) {
   return std::any_of(side.begin(), side.end(), [](const StationSample& s) { return s.state == kFault; });
 }
 
+// What a PC did to its own side; empty if it kept time.
+std::string kept_from_time(std::string_view who, const std::vector<StationSample>& side,
+                           const StationCounters& counters) {
+  const double missed = missed_share(counters), gap_s = longest_gap_s(side, counters);
+  std::string said;
+  if (missed > kMissedLimit) said = "missed " + three_digits(100 * missed) + " % of its ticks";
+  if (counters.missed_ticks > 0 && gap_s > kGap_s)
+    said += (said.empty() ? "stood still for " : " and stood still for up to ") + three_digits(1e3 * gap_s) + " ms";
+  return said.empty() ? said
+                      : "The PC of the " + std::string(who) + " " + said + ": nothing is said about the controller.";
+}
+
 void judge_side(std::string_view who, const std::vector<StationSample>& side, const scene::Scene& scene,
                 std::vector<std::string>& failed, std::vector<std::string>& degraded) {
   const std::string name(who);
@@ -105,6 +117,18 @@ std::string_view name_of(Verdict verdict) {
   return "failed";
 }
 
+double missed_share(const StationCounters& counters) {
+  const double due = static_cast<double>(counters.ticks + counters.missed_ticks);
+  return due > 0 ? static_cast<double>(counters.missed_ticks) / due : kAbsent;
+}
+
+double longest_gap_s(const std::vector<StationSample>& rows, const StationCounters& counters) {
+  if (rows.size() < 2 || counters.record_overflow + counters.record_unwritten > 0) return kAbsent;
+  double longest = 0;
+  for (std::size_t k = 1; k < rows.size(); ++k) longest = std::max(longest, rows[k].t_s - rows[k - 1].t_s);
+  return longest;
+}
+
 double unwanted_hold_s(const Session& session, const scene::Scene& scene) {
   const auto wanted = operator_holds(session, scene);
   return std::max(hold_of_side(session.master, session.slave, scene, wanted),
@@ -112,11 +136,15 @@ double unwanted_hold_s(const Session& session, const scene::Scene& scene) {
 }
 
 Judgement judge(const Session& session, const scene::Scene& scene, const Metrics& metrics) {
-  std::vector<std::string> failed, degraded;
+  std::vector<std::string> late, failed, degraded;
+  for (const std::string& pc : {kept_from_time("master", session.master, session.master_counters),
+                                kept_from_time("slave", session.slave, session.slave_counters)}) {
+    if (!pc.empty()) late.push_back(pc);
+  }
   judge_side("master", session.master, scene, failed, degraded);
   judge_side("slave", session.slave, scene, failed, degraded);
   if (!(metrics.number("engaged_s") > 0)) failed.push_back("The two sides were never engaged together.");
-  if (metrics.is_false("stable")) {
+  if (metrics.is_false("stable") && late.empty()) {
     const double residual = metrics.number("residual_p2p_rad");
     const bool fault = any_fault(session.master) || any_fault(session.slave);
     failed.push_back(std::isfinite(residual)
@@ -145,8 +173,10 @@ Judgement judge(const Session& session, const scene::Scene& scene, const Metrics
   }
 
   Judgement out;
-  out.verdict = !failed.empty() ? Verdict::kFailed : !degraded.empty() ? Verdict::kDegraded : Verdict::kOk;
-  out.reasons = std::move(failed);
+  const bool well = late.empty() && degraded.empty();
+  out.verdict = !failed.empty() ? Verdict::kFailed : well ? Verdict::kOk : Verdict::kDegraded;
+  out.reasons = std::move(late);
+  out.reasons.insert(out.reasons.end(), failed.begin(), failed.end());
   out.reasons.insert(out.reasons.end(), degraded.begin(), degraded.end());
   return out;
 }
