@@ -50,7 +50,6 @@ int run(const Options& options) {
   const std::unique_ptr<Side> side = options.serial.empty() ? make_simulated_master(scene, draw_session())
                                                             : make_serial_master(scene, draw_session(), options.serial);
   const std::unique_ptr<PeerLink> link = open_link(options.link, options.listen, StationRole::kTherapist, scene);
-  require_recordable(options.record);
   const StopSignals stop;
   SuspendSignal suspend;
   OperatorInput operator_input;
@@ -80,7 +79,7 @@ int main(int argc, char** argv) {
   add_link_options(command, options.link);
   command.text("--serial", options.serial,
                "serial port of the therapist's device; without it the therapist is simulated");
-  command.text("--record", options.record, "recording of this side (MCAP)");
+  command.output("--record", options.record, "recording of this side (MCAP)");
   command.number("--wait", options.wait_s, 0.1, 1e6, "seconds to wait for the patient's box");
   command.flag("--quiet", options.quiet, "no live status");
   command.epilogue(kKeysInShort);

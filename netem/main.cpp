@@ -44,7 +44,6 @@ void print_way(const char* name, const scene::Path& path, const ShimWay& way) {
 int run(const Options& options) {
   const LoadedScene loaded = options.scene.load();
   const scene::Scene& scene = loaded.scene;
-  require_recordable(options.record);
   Shim shim(parse_endpoint(options.listen, EndpointUse::kListen), parse_endpoint(options.forward, EndpointUse::kPeer),
             link_params(scene.network().forward()), link_params(scene.network().backward()), scene.seed());
   const StopSignals stop;
@@ -75,7 +74,7 @@ int main(int argc, char** argv) {
   command.text("--listen", options.listen, "ADDR:PORT that the slave dials; port 0 takes a free one", Needed::kYes);
   command.text("--forward", options.forward, "ADDR:PORT of the master", Needed::kYes);
   add_scene_option(command, options.scene);
-  command.text("--record", options.record, "recording of every packet (MCAP)");
+  command.output("--record", options.record, "recording of every packet (MCAP)");
   command.number("--duration", options.duration_s, 0, 1e9, "seconds to run; 0 until stopped");
   return program.run(argc, argv, [&] { return run(options); });
 }

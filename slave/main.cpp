@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
       "--stop-input", options.stop_input,
       "the patient's stop besides the MCU's: PATH of a pedal (/dev/input/event...), pipe or GPIO value file, or "
       "fd:N. Whatever comes from it stops at once, and so does its end");
-  command.text("--record", options.record, "recording of this side (MCAP)");
+  command.output("--record", options.record, "recording of this side (MCAP)");
   command.flag("--quiet", options.quiet, "no live status");
   command.epilogue(kKeysInShort);
   return program.run(argc, argv, [&] { return run(options); });

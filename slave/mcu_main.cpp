@@ -95,7 +95,6 @@ int run(const Options& options) {
   }
   OrthosisOnSerial orthosis(emulator_params(loaded.scene),
                             10 * 10.0 / 115200);  // ten bytes of ten bits, and no adapter
-  require_recordable(options.record);
   Pty pty(options.link);
   const StopSignals stop;
   PatientButtons buttons;  // before anybody can know where to send its signals: unheard they would end the program
@@ -125,7 +124,7 @@ int main(int argc, char** argv) {
   Command command = program.command();
   add_scene_option(command, options.scene);
   command.text("--link", options.link, "path of the serial port to make (a symbolic link)", Needed::kYes);
-  command.text("--record", options.record, "recording of the simulated orthosis (MCAP)");
+  command.output("--record", options.record, "recording of the simulated orthosis (MCAP)");
   return program.run(argc, argv, [&] { return run(options); });
 }
 

@@ -87,7 +87,7 @@ TEST(BadInput, EveryProgramRefusesARecordingThatCannotBeWritten) {
     arguments.insert(arguments.end(), {"--record", nowhere});
     return arguments;
   };
-  const std::string says = "cannot record to " + nowhere;
+  const std::string says = "cannot write " + nowhere;
   expect_refused({Program::kMaster, with({"--scene", "demo", "--listen", "127.0.0.1:0"}), says});
   expect_refused({Program::kSlave, with({"--scene", "outage", "--peer", kNobody, "--quiet"}), says});
   expect_refused({Program::kMcu, with({"--scene", "demo", "--link", (scratch / "line").string()}), says});

@@ -57,6 +57,19 @@ TEST(ExportCsv, WritesWhatIsExpectedByteForByte) {
   EXPECT_NE(file_bytes(scratch / "csv/info.txtpb").find("scene_name: \"wall\""), std::string::npos);
 }
 
+TEST(ExportCsv, MadeAgainHasANumberOfItsOwnAndLeavesTheFirstAlone) {
+  ScratchDirectory scratch;
+  const auto file = record_link(scratch);
+  export_csv(file, scratch / "csv");
+  write_bytes(scratch / "csv/netem.csv", "precious");
+  const Exported again = export_csv(file, scratch / "csv");
+  EXPECT_EQ(again.files, (std::vector<std::filesystem::path>{scratch / "csv/events-2.csv", scratch / "csv/netem-2.csv",
+                                                             scratch / "csv/info-2.txtpb"}));
+  EXPECT_EQ(file_bytes(scratch / "csv/netem.csv"), "precious");
+  EXPECT_EQ(file_bytes(scratch / "csv/events-2.csv"), file_bytes(scratch / "csv/events.csv"));
+  EXPECT_EQ(export_mat(file, scratch / "csv/netem.csv").files.at(0), scratch / "csv/netem-3.csv");
+}
+
 TEST(ExportCsv, LeavesACellEmptyWhereNothingIsKnown) {
   ScratchDirectory scratch;
   Recording recording(scratch / "slave.mcap", info_of("slave"));
@@ -91,8 +104,8 @@ TEST(ExportCsv, ReadsBackAsTheSameDoubles) {
   // A locale with a decimal comma, where the machine has one, must change nothing.
   for (const char* name : {"C", "de_DE.UTF-8", "fr_FR.UTF-8"}) {
     if (std::setlocale(LC_ALL, name) == nullptr) continue;
-    export_csv(file, scratch / "csv");
-    std::ifstream in(scratch / "csv/mcu.csv");
+    export_csv(file, scratch / name);
+    std::ifstream in(scratch / name / "mcu.csv");
     std::string line;
     std::getline(in, line);
     for (const double value : values) {

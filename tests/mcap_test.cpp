@@ -1,7 +1,9 @@
 // The recording format: what is written is read, a killed writer loses at most the torn chunk, and no damaged file
 // crashes, hangs or passes for a whole one.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <stdexcept>
 #include <tuple>
 
@@ -103,21 +105,28 @@ TEST(McapWriter, RefusesAFolderThatIsNotThere) {
     McapWriter writer("/nonexistent/folder/x.mcap");
     FAIL();
   } catch (const std::runtime_error& error) {
-    EXPECT_EQ(std::string(error.what()), "cannot record to /nonexistent/folder/x.mcap.part: No such file or directory");
+    EXPECT_EQ(std::string(error.what()),
+              "cannot write /nonexistent/folder/x.mcap: /nonexistent/folder: No such file or directory");
   }
 }
 
 TEST(McapWriter, RefusesAFullDiskAtTheStart) {
   ScratchDirectory scratch;
-  std::filesystem::create_symlink("/dev/full", scratch / "x.mcap.part");
+  rlimit old_limit{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old_limit), 0);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit{0, old_limit.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
   EXPECT_THROW(McapWriter(scratch / "x.mcap"), std::runtime_error);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old_limit), 0);
+  EXPECT_TRUE(std::filesystem::is_empty(scratch.path()));
 }
 
 TEST(McapReader, EveryTruncationKeepsTheWholeChunksAndSaysSo) {
   ScratchDirectory scratch;
   for (const bool close : {true, false}) {
-    const auto expected = write_small(scratch / "x.mcap", close);
-    const std::string bytes = file_bytes(close ? scratch / "x.mcap" : scratch / "x.mcap.part");
+    const auto expected = write_small(scratch / (close ? "x.mcap" : "y.mcap"), close);
+    const std::string bytes = file_bytes(scratch / (close ? "x.mcap" : "y.mcap.part"));
     std::size_t most = 0;
     for (std::size_t size = 0; size < bytes.size(); ++size) {
       write_bytes(scratch / "cut", std::string_view(bytes).substr(0, size));

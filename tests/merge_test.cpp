@@ -156,6 +156,48 @@ TEST(Merge, TakesWhatAKilledSideLeft) {
       << session.events.at(0).text;
 }
 
+TEST(Merge, TakesTheNewestOfARoleAndSaysSo) {
+  ScratchDirectory scratch;
+  TwoHosts{}.record(scratch.path());
+  std::filesystem::rename(scratch / "slave.mcap", scratch / "slave.mcap.part");
+  TwoHosts hosts;
+  hosts.theta = 5 * kSecond;
+  hosts.record(scratch.path());  // master-2.mcap, slave-2.mcap
+  ASSERT_TRUE(std::filesystem::exists(scratch / "slave-2.mcap"));
+  const Session session = merge_recordings(scratch.path());
+  EXPECT_EQ(session.slave.size(), 2000u);
+  EXPECT_NEAR(session.clock_offset_s, -5, 0.05);
+  EXPECT_EQ(session.events.at(0).text,
+            "master-2.mcap was read, the newest of 2 recordings of this side; the one before it is master.mcap");
+  EXPECT_EQ(session.events.at(1).text,
+            "slave-2.mcap was read, the newest of 2 recordings of this side; the one before it is slave.mcap.part");
+}
+
+// Found by a sanitizer: differences and sums of stamps that no clock ever showed.
+TEST(Merge, StampsAtTheEndsOfTheirRangeAreNoOverflow) {
+  constexpr Nanoseconds kFirst = std::numeric_limits<Nanoseconds>::min(),
+                        kLast = std::numeric_limits<Nanoseconds>::max();
+  for (const Nanoseconds send : {kFirst, Nanoseconds{-1}, kLast}) {
+    for (const Nanoseconds arrival : {kFirst, Nanoseconds{1}, kLast}) {
+      ScratchDirectory scratch;
+      for (const char* role : {"master", "slave"}) {
+        Recording side(scratch / (std::string(role) + ".mcap"), info_of(role, send));
+        StationSample sample;
+        sample.newest_peer_send_ns = send;
+        sample.newest_peer_arrival_ns = arrival;
+        side.write(arrival, sample);
+        side.write(kFirst, sample);
+        side.write(arrival, Note("x"));
+        side.finish({});
+      }
+      const Session session = merge_recordings(scratch.path());
+      EXPECT_EQ(session.master.size() + session.slave.size(), 4u);
+      for (const StationSample& sample : session.slave) EXPECT_TRUE(std::isfinite(sample.t_s));
+      EXPECT_EQ(read_session_mcap(write_session_mcap(session, scratch / "session.mcap")).slave.size(), 2u);
+    }
+  }
+}
+
 TEST(Merge, GoesOnWithOneSideAndSaysSo) {
   ScratchDirectory scratch;
   EXPECT_THROW(merge_recordings(scratch.path()), std::runtime_error);

@@ -137,6 +137,39 @@ TEST(Recorder, CutsALongNote) {
   EXPECT_EQ(read(recorder.finish({}).file).events.at(0).text(), std::string(160, 'x'));
 }
 
+TEST(Recorder, ANameThatIsNoUtf8CostsNoRecording) {
+  ScratchDirectory scratch;
+  record::RunInfo info = info_of("master");
+  info.set_scene_name("caf\xe9");
+  Recorder recorder(scratch / "master.mcap", info);
+  recorder.note(1, std::string(159, 'x') + "\xc3\xa9");  // its end lies within a character
+  recorder.note(2, "broken \xff");
+  const Read all = read(recorder.finish({}).file);
+  ASSERT_EQ(all.infos.size(), 2u);
+  EXPECT_EQ(all.infos[1].scene_name(), "caf\\xe9");
+  ASSERT_EQ(all.events.size(), 2u);
+  EXPECT_EQ(all.events[0].text(), std::string(159, 'x'));
+  EXPECT_EQ(all.events[1].text(), "broken \\xff");
+}
+
+TEST(Recorder, ARecordingThatIsThereIsNeverTouched) {
+  ScratchDirectory scratch;
+  write_bytes(scratch / "master.mcap.part", "of a run that was killed");
+  write_bytes(scratch / "master-2.mcap", "complete");
+  Recorder recorder(scratch / "master.mcap", info_of("master"));
+  recorder.push(1, sample_of(1));
+  EXPECT_EQ(recorder.file().in_the_way(),
+            (std::vector<std::filesystem::path>{scratch / "master.mcap.part", scratch / "master-2.mcap"}));
+  write_bytes(scratch / "master-3.mcap", "of a program that was faster");
+  const RecordingOutcome outcome = recorder.finish({});
+  EXPECT_EQ(outcome.problem, "");
+  EXPECT_EQ(outcome.file, scratch / "master-4.mcap");
+  EXPECT_TRUE(read(outcome.file).found.complete);
+  EXPECT_EQ(file_bytes(scratch / "master.mcap.part"), "of a run that was killed");
+  EXPECT_EQ(file_bytes(scratch / "master-2.mcap"), "complete");
+  EXPECT_EQ(file_bytes(scratch / "master-3.mcap"), "of a program that was faster");
+}
+
 TEST(Recorder, FlushesWhileItRuns) {
   ScratchDirectory scratch;
   Recorder recorder(scratch / "master.mcap", info_of("master"));
@@ -195,6 +228,7 @@ TEST(Recorder, GoesOnWhenTheDiskIsFull) {
   rlimit old_limit{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old_limit), 0);
   std::signal(SIGXFSZ, SIG_IGN);
+  testing::internal::CaptureStderr();
   Recorder recorder(scratch / "master.mcap", info_of("master"));
   const rlimit limit{200'000, old_limit.rlim_max};
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
@@ -202,6 +236,7 @@ TEST(Recorder, GoesOnWhenTheDiskIsFull) {
   for (int i = 0; i < kCount; ++i) recorder.push(5 * kSecond + i * kMillisecond, sample_of(i));
   const RecordingOutcome outcome = recorder.finish({});
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old_limit), 0);
+  EXPECT_NE(testing::internal::GetCapturedStderr().find("File too large; the session goes on"), std::string::npos);
   EXPECT_GT(outcome.unwritten, 0u);
   EXPECT_FALSE(outcome.problem.empty());
   const Read all = read(outcome.file);

@@ -243,15 +243,6 @@ TEST(Report, DoesNotDependOnTheLocale) {
   EXPECT_EQ(german, plain);
 }
 
-TEST(Report, NamesThePathThatCannotBeWritten) {
-  try {
-    write_report(Session{}, scene::Scene{}, compute_metrics(Session{}, scene::Scene{}), "/nowhere/report.html");
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("/nowhere/report.html"), std::string::npos);
-  }
-}
-
 TEST(Decimate, KeepsEveryPeakWithinTheNumberOfPoints) {
   std::vector<double> x, y;
   for (int k = 0; k < 100000; ++k) x.push_back(k), y.push_back(std::sin(k * 0.001));

@@ -27,11 +27,25 @@ TEST(WriteTo, WhatCannotBeWrittenIsSaidAndGoesNowhereElse) {
     write_to(path, [](std::ostream& out) { out << "lost"; });
     ADD_FAILURE() << "nothing was said";
   } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("cannot write " + path + ": No such file"), std::string::npos);
+    EXPECT_NE(
+        std::string(error.what()).find("cannot write " + path + ": " + (scratch / "none").string() + ": No such file"),
+        std::string::npos);
   }
   EXPECT_THROW(write_to("/dev/full", [](std::ostream& out) { out << "lost"; }), std::runtime_error);
   write_to("", [](std::ostream& out) { out << "not asked for"; });
   EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+}
+
+TEST(WriteTo, WhatExistsStaysAndTheOtherNameIsSaid) {
+  ScratchDirectory scratch;
+  const std::string path = (scratch / "x.csv").string();
+  write_bytes(path, "precious");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(write_to(path, [](std::ostream& out) { out << "new"; }), scratch / "x-2.csv");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            path + " exists already and stays as it is: " + (scratch / "x-2.csv").string() + " is written instead\n");
+  EXPECT_EQ(file_bytes(path), "precious");
+  EXPECT_EQ(file_bytes(scratch / "x-2.csv"), "new");
 }
 
 TEST(WriteTo, ADashIsStandardOutput) {

@@ -5,19 +5,17 @@
 #include <google/protobuf/text_format.h>
 
 #include <array>
-#include <cerrno>
 #include <charconv>
-#include <cstring>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <map>
 #include <memory>
 #include <stdexcept>
-#include <system_error>
 
+#include "common/files/output_stream.hpp"
 #include "common/record/mat_file.hpp"
 #include "common/record/mcap_reader.hpp"
+#include "common/record/stamps.hpp"
 #include "common/signal/joints.hpp"
 #include "proto/record.pb.h"
 
@@ -27,16 +25,8 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-std::ofstream create(const std::filesystem::path& file) {
-  std::ofstream out(file, std::ios::binary);
-  if (!out) throw std::runtime_error("cannot write " + file.string() + ": " + std::strerror(errno));
-  return out;
-}
-
-void finish(std::ofstream& out, const std::filesystem::path& file) {
-  out.close();
-  if (!out) throw std::runtime_error("cannot write " + file.string() + ": " + std::strerror(errno));
-}
+constexpr const char* kTopics[] = {"master", "slave", "netem", "mcu", "events"};
+constexpr const char* kInfo = "info.txtpb";
 
 // What one topic is made of. The messages are ours, so their types are the ones compiled in.
 struct Table {
@@ -78,7 +68,7 @@ bool known(const Message& message, const FieldDescriptor* field) {
 }
 
 double time_s(const Message& message, const FieldDescriptor* t_ns, Nanoseconds start) {
-  return to_seconds(message.GetReflection()->GetInt64(message, t_ns) - start);
+  return to_seconds(stamp_difference(message.GetReflection()->GetInt64(message, t_ns), start));
 }
 
 // Walks a recording: `row` gets each message of a topic (without the leading slash) and its time.
@@ -144,16 +134,17 @@ void append_quoted(std::string& line, const std::string& text) {
 }  // namespace
 
 Exported export_csv(const std::filesystem::path& recording, const std::filesystem::path& directory) {
-  std::error_code error;
-  std::filesystem::create_directories(directory, error);
-  if (error) throw std::runtime_error("cannot make " + directory.string() + ": " + error.message());
-  std::map<std::string, std::ofstream> files;
+  make_directories(directory);
+  // All of one export carry one number, whatever topics it turns out to have.
+  std::vector<std::filesystem::path> all{directory / kInfo};
+  for (const char* topic : kTopics) all.push_back(directory / (std::string(topic) + ".csv"));
+  const int number = free_number(all);
+  std::map<std::string, OutputStream> files;
   std::string line;
   const Walked walked = walk(recording, [&](const std::string& topic, const Table& table, double t_s) {
-    const auto [file, is_new] = files.try_emplace(topic);
+    const auto [file, is_new] = files.try_emplace(topic, numbered(directory / (topic + ".csv"), number));
     line.clear();
     if (is_new) {
-      file->second = create(directory / (topic + ".csv"));
       line = "t_s";
       for (const FieldDescriptor* field : table.fields) line.append(",").append(field->name());
       line.push_back('\n');
@@ -172,16 +163,16 @@ Exported export_csv(const std::filesystem::path& recording, const std::filesyste
   });
 
   Exported exported{{}, walked.problems};
-  for (auto& [topic, out] : files) {
-    exported.files.push_back(directory / (topic + ".csv"));
-    finish(out, exported.files.back());
-  }
+  const auto finish = [&](OutputStream& out) {
+    out.finish();
+    exported.files.push_back(out.made().file());
+  };
+  for (auto& [topic, out] : files) finish(out);
   std::string info;
   google::protobuf::TextFormat::PrintToString(walked.info, &info);
-  exported.files.push_back(directory / "info.txtpb");
-  std::ofstream out = create(exported.files.back());
+  OutputStream out(numbered(directory / kInfo, number));
   out << info;
-  finish(out, exported.files.back());
+  finish(out);
   return exported;
 }
 
@@ -214,14 +205,14 @@ Exported export_mat(const std::filesystem::path& recording, const std::filesyste
     }
   });
 
-  std::ofstream out = create(mat_file);
+  OutputStream out(mat_file);
   for (const auto& [topic, matrix] : matrices) {
     mat::write_doubles(out, topic, matrix.columns);
     mat::write_text(out, topic + "_columns", matrix.names);
     for (const auto& [field, lines] : matrix.texts) mat::write_text(out, topic + "_" + field, lines);
   }
-  finish(out, mat_file);
-  return {{mat_file}, walked.problems};
+  out.finish();
+  return {{out.made().file()}, walked.problems};
 }
 
 }  // namespace farhand

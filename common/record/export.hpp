@@ -14,8 +14,9 @@ struct Exported {
   std::vector<std::string> problems;  // damage of the recording, in sentences; what could be read was exported
 };
 
-// Writes directory/TOPIC.csv for each topic with messages, and directory/info.txtpb with the scene and the counters.
-// What a side could not know is an empty cell. Both throw std::runtime_error when a file cannot be read or written.
+// Writes directory/TOPIC.csv for each topic with messages, and directory/info.txtpb with the scene and the counters;
+// where there is one of them, all are numbered (TOPIC-2.csv). What a side could not know is an empty cell. Both throw
+// std::runtime_error when a file cannot be read or written.
 Exported export_csv(const std::filesystem::path& recording, const std::filesystem::path& directory);
 
 // Writes, per topic, a matrix TOPIC with one row per message and a text TOPIC_columns with one row per column; texts of

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/files/utf8.hpp"
 #include "common/record/mcap_format.hpp"
 #include "common/record/mcap_writer.hpp"
 
@@ -23,7 +24,7 @@ bool agrees(std::uint32_t stated, std::uint32_t computed) { return stated == 0 |
 class Scan {
  public:
   Scan(const std::filesystem::path& file, const std::function<void(const McapMessage&)>& on_message)
-      : name_(file.filename().string()), on_message_(on_message) {
+      : name_(as_utf8(file.filename().string())), on_message_(on_message) {
     std::error_code error;
     size_ = std::filesystem::file_size(file, error);
     if (!error) in_.open(file, std::ios::binary);
@@ -176,7 +177,7 @@ class Scan {
     if (!cursor.ok()) {
       problem(place + " is damaged and was left out");
     } else if (!compression.empty()) {
-      problem(place + " is compressed (" + std::string(compression.substr(0, 16)) + ") and was left out");
+      problem(place + " is compressed (" + as_utf8(compression.substr(0, 16)) + ") and was left out");
     } else if (!agrees(crc, mcap::crc32(records))) {
       problem(place + " has a wrong checksum and was left out");
     } else if (!chunk_records(records, false)) {
@@ -244,9 +245,12 @@ McapFindings read_mcap(const std::filesystem::path& file, const std::function<vo
 }
 
 McapFindings recover_mcap(const std::filesystem::path& from, const std::filesystem::path& to) {
-  if (std::filesystem::exists(to)) throw std::runtime_error(to.string() + " exists already");
   // Not .part: that may be the very file that is being recovered.
   McapWriter out(to, ".recovering");
+  if (out.file().file() != to) {
+    out.discard();
+    throw std::runtime_error(out.file().in_the_way().front().string() + " exists already: say another name as TO");
+  }
   std::map<const McapChannel*, std::uint16_t> ids;
   std::uint64_t chunk = 0;
   const auto copy = [&](const McapMessage& message) {
@@ -268,7 +272,7 @@ McapFindings recover_mcap(const std::filesystem::path& from, const std::filesyst
     out.close();
     return found;
   } catch (...) {
-    std::filesystem::remove(out.unfinished_file());
+    out.discard();
     throw;
   }
 }

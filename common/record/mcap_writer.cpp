@@ -1,6 +1,5 @@
 #include "common/record/mcap_writer.hpp"
 
-#include <fcntl.h>
 #include <google/protobuf/descriptor.pb.h>
 #include <unistd.h>
 
@@ -38,24 +37,20 @@ std::string file_descriptor_set(const google::protobuf::Descriptor& type) {
   return set.SerializeAsString();
 }
 
-McapWriter::McapWriter(std::filesystem::path file, std::string_view unfinished_suffix)
-    : file_(std::move(file)), part_(file_.string().append(unfinished_suffix)) {
-  descriptor_ = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (descriptor_ < 0) throw std::runtime_error("cannot record to " + part_.string() + ": " + reason());
+McapWriter::McapWriter(const std::filesystem::path& wanted, std::string_view unfinished_suffix)
+    : file_(wanted, unfinished_suffix) {
   std::string header, bytes{mcap::kMagic};
   put_string(header, "");  // no profile
   put_string(header, "farhand");
   put_record(bytes, Op::kHeader, header);
   if (!append(bytes)) {
-    ::close(descriptor_);
-    throw std::runtime_error("cannot record to " + part_.string() + ": " + last_error_);
+    discard();
+    throw std::runtime_error("cannot record to " + file_.unfinished().string() + ": " + last_error_);
   }
 }
 
 McapWriter::~McapWriter() {
-  if (descriptor_ < 0) return;
-  flush();
-  ::close(descriptor_);
+  if (file_.descriptor() >= 0) flush();
 }
 
 std::uint16_t McapWriter::add_channel(std::string_view topic, const google::protobuf::Descriptor& type) {
@@ -86,7 +81,7 @@ std::uint16_t McapWriter::add_channel(std::string_view topic, std::string_view s
   put_string(content, "");  // no metadata
   put_record(channel_record, Op::kChannel, content);
   if (!append(schema_record + channel_record)) {
-    throw std::runtime_error("cannot record to " + part_.string() + ": " + last_error_);
+    throw std::runtime_error("cannot record to " + file_.unfinished().string() + ": " + last_error_);
   }
   schema_records_ += schema_record;
   channel_records_ += channel_record;
@@ -157,13 +152,13 @@ bool McapWriter::append(std::string_view bytes) {
   std::size_t done = 0;
   while (done < bytes.size()) {
     const ssize_t n =
-        ::pwrite(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset_ + done));
+        ::pwrite(file_.descriptor(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset_ + done));
     if (n > 0) {
       done += static_cast<std::size_t>(n);
     } else if (n == 0 || errno != EINTR) {
       last_error_ = n == 0 ? "nothing was written" : reason();
       // Half a chunk at the end would only be noise; if it cannot be cut off, the next chunk is written over it.
-      [[maybe_unused]] const int cut = ::ftruncate(descriptor_, static_cast<off_t>(offset_));
+      [[maybe_unused]] const int cut = ::ftruncate(file_.descriptor(), static_cast<off_t>(offset_));
       return false;
     }
   }
@@ -242,16 +237,10 @@ std::string McapWriter::summary() const {
 
 void McapWriter::close() {
   flush();
-  bool whole = append(summary());
-  if (whole && ::fsync(descriptor_) != 0) {
-    last_error_ = reason();
-    whole = false;
+  if (!append(summary())) {
+    throw std::runtime_error("recording " + file_.unfinished().string() + " stays unfinished: " + last_error_);
   }
-  if (!whole) throw std::runtime_error("recording " + part_.string() + " stays unfinished: " + last_error_);
-  ::close(std::exchange(descriptor_, -1));
-  std::error_code error;
-  std::filesystem::rename(part_, file_, error);
-  if (error) throw std::runtime_error("cannot rename " + part_.string() + ": " + error.message());
+  file_.complete();
 }
 
 }  // namespace farhand

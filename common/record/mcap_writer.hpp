@@ -1,7 +1,7 @@
 // Writes one MCAP file: uncompressed chunks with CRC and message index, then the summary by which indexed readers find
-// everything. The file is called NAME.part until close() has succeeded. A chunk goes out in one write and is taken back
-// whole when that fails, so what is on the disk is always a row of complete chunks, except for what a kill tears off
-// the last.
+// everything. The file is called NAME.part until close() has succeeded, and is a new one: where NAME or NAME.part
+// exists, NAME-2 is written. A chunk goes out in one write and is taken back whole when that fails, so what is on the
+// disk is always a row of complete chunks, except for what a kill tears off the last.
 #pragma once
 
 #include <google/protobuf/descriptor.h>
@@ -15,12 +15,14 @@
 #include <utility>
 #include <vector>
 
+#include "common/files/output.hpp"
+
 namespace farhand {
 
 class McapWriter {
  public:
   // Throws std::runtime_error with the path and the reason when the file cannot be made.
-  explicit McapWriter(std::filesystem::path file, std::string_view unfinished_suffix = ".part");
+  explicit McapWriter(const std::filesystem::path& wanted, std::string_view unfinished_suffix = ".part");
   ~McapWriter();  // without close(): what was flushed stays under the unfinished name
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
@@ -45,7 +47,8 @@ class McapWriter {
   std::uint64_t written() const { return written_; }      // messages in flushed chunks
   std::uint64_t unwritten() const { return unwritten_; }  // messages the disk did not take
   const std::string& last_error() const { return last_error_; }
-  const std::filesystem::path& unfinished_file() const { return part_; }
+  const NewFile& file() const { return file_; }
+  void discard() noexcept { file_.discard(); }  // removes the unfinished file; nothing may follow
 
  private:
   struct Chunk {
@@ -65,8 +68,7 @@ class McapWriter {
   bool append(std::string_view bytes);
   std::string summary() const;
 
-  std::filesystem::path file_, part_;
-  int descriptor_ = -1;
+  NewFile file_;
   std::uint64_t offset_ = 0;
   boost::crc_32_type data_crc_;
   std::map<std::string, std::uint16_t, std::less<>> schema_ids_;

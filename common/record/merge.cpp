@@ -1,10 +1,15 @@
 #include "common/record/merge.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <stdexcept>
+
+#include "common/files/output.hpp"
+#include "common/record/stamps.hpp"
 
 namespace farhand {
 namespace {
@@ -15,7 +20,7 @@ Nanoseconds fastest_transit(const Recorded::Series<StationSample>& arrivals) {
   Nanoseconds fastest = kNever;
   for (const auto& [t, sample] : arrivals) {
     if (sample.newest_peer_arrival_ns == 0) continue;
-    fastest = std::min(fastest, sample.newest_peer_arrival_ns - sample.newest_peer_send_ns);
+    fastest = std::min(fastest, stamp_difference(sample.newest_peer_arrival_ns, sample.newest_peer_send_ns));
   }
   return fastest;
 }
@@ -35,8 +40,9 @@ void add_true_world(const Recorded::Series<McuSample>& mcu, Recorded::Series<Sta
     while (after != mcu.end() && after->first < t) ++after;
     if (after == mcu.end() || (after == mcu.begin() && after->first != t)) continue;  // outside: stays unknown
     const auto before = after == mcu.begin() ? after : after - 1;
-    const Nanoseconds span = after->first - before->first;
-    const double part = span > 0 ? static_cast<double>(t - before->first) / static_cast<double>(span) : 1;
+    const Nanoseconds span = stamp_difference(after->first, before->first);
+    const double part =
+        span > 0 ? static_cast<double>(stamp_difference(t, before->first)) / static_cast<double>(span) : 1;
     const auto between = [&](double McuSample::*field) {
       return before->second.*field + part * (after->second.*field - before->second.*field);
     };
@@ -51,6 +57,29 @@ bool knows_true_world(const Recorded::Series<StationSample>& samples) {
                      [](const auto& timed) { return !std::isnan(timed.second.true_x_rad); });
 }
 
+// The recordings of a role in the order of their numbers; where one was completed, not its .part.
+std::vector<std::filesystem::path> recordings_of(const std::string& role, const std::filesystem::path& directory) {
+  std::map<int, std::filesystem::path> found;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
+    std::string name = entry.path().filename().string();
+    const bool unfinished = name.ends_with(".part");
+    if (unfinished) name.resize(name.size() - 5);
+    int number = 1;
+    if (name != role + ".mcap") {
+      if (!name.starts_with(role + "-")) continue;
+      const char* digits = name.data() + role.size() + 1;
+      const auto [rest, wrong] = std::from_chars(digits, name.data() + name.size(), number);
+      if (wrong != std::errc() || number < 2 || name != numbered(role + ".mcap", number)) continue;
+    }
+    const auto [known, is_new] = found.try_emplace(number, entry.path());
+    if (!is_new && !unfinished) known->second = entry.path();
+  }
+  std::vector<std::filesystem::path> files;
+  for (const auto& [number, file] : found) files.push_back(file);
+  return files;
+}
+
 std::string milliseconds(double s) { return std::to_string(s * 1e3) + " ms"; }
 
 }  // namespace
@@ -61,7 +90,7 @@ ClockOffset estimate_clock_offset(const Recorded::Series<StationSample>& master,
   if (forward == kNever || back == kNever) return {0, std::numeric_limits<double>::infinity()};
   // Halved before the sum: the offset of two hosts' clocks may be large.
   const double offset = to_seconds(back) / 2 - to_seconds(forward) / 2;
-  const double half_width = to_seconds(forward + back) / 2;
+  const double half_width = to_seconds(stamp_sum(forward, back)) / 2;
   if (half_width >= 0) return {offset, half_width};
   const double round_trip = std::min(fastest_round_trip(master), fastest_round_trip(slave));
   return {offset, round_trip / 2 - half_width, false};
@@ -73,9 +102,13 @@ Session merge_recordings(const std::filesystem::path& directory) {
     session.events.push_back({0, who, text});
   };
   const auto load = [&](const std::string& role) -> std::optional<Recorded> {
-    std::filesystem::path file = directory / (role + ".mcap");
-    if (!std::filesystem::exists(file)) file += ".part";
-    if (!std::filesystem::exists(file)) return std::nullopt;
+    const std::vector<std::filesystem::path> files = recordings_of(role, directory);
+    if (files.empty()) return std::nullopt;
+    const std::filesystem::path& file = files.back();
+    if (files.size() > 1) {
+      remark(role, file.filename().string() + " was read, the newest of " + std::to_string(files.size()) +
+                       " recordings of this side; the one before it is " + files[files.size() - 2].filename().string());
+    }
     try {
       Recorded recorded = read_recording(file);
       for (const std::string& problem : recorded.problems) remark(role, "recording " + problem);
@@ -111,9 +144,11 @@ Session merge_recordings(const std::filesystem::path& directory) {
       const ClockOffset clocks = estimate_clock_offset(master->master, slave->slave);
       const bool one_way = std::isinf(clocks.bound_s) && clocks.one_rate;
       // Without packets in both directions there is nothing better than what the hosts believe to be the time of day.
-      shift = one_way ? (master->info.start_utc_ns() - master->info.start_ns()) -
-                            (slave->info.start_utc_ns() - slave->info.start_ns())
-                      : from_seconds(clocks.offset_s);
+      const auto of_day = [](const record::RunInfo& info) {
+        return stamp_difference(info.start_utc_ns(), info.start_ns());
+      };
+      shift =
+          one_way ? stamp_difference(of_day(master->info), of_day(slave->info)) : stamp_from_seconds(clocks.offset_s);
       session.clock_offset_s = to_seconds(shift);
       session.clock_offset_bound_s = clocks.bound_s;
       remark("slave", one_way ? "packets did not pass in both directions: clocks are aligned by the time of day"
@@ -123,13 +158,16 @@ Session merge_recordings(const std::filesystem::path& directory) {
   }
 
   const Nanoseconds start = run.start_ns();
+  const auto on_axis = [start](Nanoseconds t, Nanoseconds to_master) {
+    return to_seconds(stamp_difference(stamp_sum(t, to_master), start));
+  };
   const auto place = [&](auto& series, Nanoseconds to_master, auto& into) {
     into.reserve(series.size());
-    for (const auto& [t, sample] : series) into.emplace_back(sample).t_s = to_seconds(t + to_master - start);
+    for (const auto& [t, sample] : series) into.emplace_back(sample).t_s = on_axis(t, to_master);
   };
   const auto add_events = [&](const Recorded& recorded, Nanoseconds to_master) {
     for (const record::Event& event : recorded.events) {
-      session.events.push_back({to_seconds(event.t_ns() + to_master - start), event.who(), event.text()});
+      session.events.push_back({on_axis(event.t_ns(), to_master), event.who(), event.text()});
     }
   };
   const auto counters = [](const Recorded& recorded) {

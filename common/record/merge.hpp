@@ -23,8 +23,9 @@ struct ClockOffset {
 ClockOffset estimate_clock_offset(const Recorded::Series<StationSample>& master,
                                   const Recorded::Series<StationSample>& slave);
 
-// Reads master, slave, netem and mcu .mcap, or .mcap.part of a killed process, from `directory`. What is missing or
-// damaged becomes an event of the session. Throws std::runtime_error when neither station has a readable recording.
+// Reads master, slave, netem and mcu .mcap, or .mcap.part of a killed process, from `directory`; of several of a role
+// that with the highest number. What is missing, damaged or not read becomes an event of the session. Throws
+// std::runtime_error when neither station has a readable recording.
 Session merge_recordings(const std::filesystem::path& directory);
 
 }  // namespace farhand

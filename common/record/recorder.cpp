@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <mutex>
 #include <new>
 
@@ -39,6 +40,11 @@ void Recorder::drain() {
     }
   }
   recording_.flush();
+  if (!said_ && recording_.unwritten() > 0 && !recording_.last_error().empty()) {
+    said_ = true;
+    std::fprintf(stderr, "recording: %s: %s; the session goes on, what is not written is counted\n",
+                 recording_.file().unfinished().c_str(), recording_.last_error().c_str());
+  }
   flushed_.store(recording_.written(), std::memory_order_relaxed);
 }
 

@@ -1,6 +1,6 @@
 // Takes samples from a loop thread without ever delaying it: push copies a plain struct into a ring; a thread of its
 // own turns them into messages and flushes a chunk at least every 250 ms. A ring that is full, or a disk, costs
-// samples, never time: both are counted.
+// samples, never time: both are counted, and the first time that a disk does is said on stderr.
 #pragma once
 
 #include <atomic>
@@ -31,6 +31,8 @@ class Recorder {
   // After the loop: stops the thread, writes what is left and the counters, completes the file.
   RecordingOutcome finish(const StationCounters& counters) noexcept;
 
+  const NewFile& file() const { return recording_.file(); }
+
   std::uint64_t flushed() const noexcept {
     return flushed_.load(std::memory_order_relaxed);
   }  // messages in flushed chunks
@@ -48,6 +50,7 @@ class Recorder {
   SpscRing<Item> ring_;
   std::atomic<std::uint64_t> overflow_{0}, flushed_{0};
   Recording recording_;
+  bool said_ = false;    // that the disk does not take everything; from then on it is only counted
   std::jthread writer_;  // last: starts when all else stands
 };
 

@@ -3,10 +3,13 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "common/files/utf8.hpp"
+#include "common/record/stamps.hpp"
+
 namespace farhand {
 
 Recording::Recording(const std::filesystem::path& file, const record::RunInfo& start)
-    : file_(file), info_(start), file_writer_(file), last_(start.start_ns()) {
+    : info_(start), file_writer_(file), last_(start.start_ns()) {
   const std::string& role = start.role();
   const google::protobuf::Descriptor* type = nullptr;
   if (role == "master" || role == "slave") {
@@ -25,9 +28,13 @@ Recording::Recording(const std::filesystem::path& file, const record::RunInfo& s
   event_channel_ = file_writer_.add_channel("/events", *record::Event::descriptor());
   sample_channel_ = file_writer_.add_channel("/" + role, *type);
   event_.set_who(role);
+  info_.set_scene_name(as_utf8(start.scene_name()));
+  info_.set_scene_text(as_utf8(start.scene_text()));
   write_message(info_channel_, start.start_ns(), info_);
   if (!file_writer_.flush()) {
-    throw std::runtime_error("cannot record to " + file_.string() + ": " + file_writer_.last_error());
+    file_writer_.discard();
+    throw std::runtime_error("cannot record to " + file_writer_.file().file().string() + ": " +
+                             file_writer_.last_error());
   }
   chunk_empty_ = true;
 }
@@ -39,13 +46,13 @@ void Recording::write_message(std::uint16_t channel, Nanoseconds t, const Messag
   message.SerializeToString(&bytes_);
   file_writer_.write(channel, t, bytes_);
   last_ = t;
-  if (t - chunk_start_ >= kChunkSpan) flush();
+  if (stamp_difference(t, chunk_start_) >= kChunkSpan) flush();
 }
 
 void Recording::write(Nanoseconds t, const Sample& sample) {
   if (const auto* note = std::get_if<Note>(&sample)) {
     event_.set_t_ns(t);
-    event_.set_text(note->view().data(), note->size);
+    event_.set_text(as_utf8(note->view()));
     return write_message(event_channel_, t, event_);
   }
   if (sample.index() != sample_kind_) {
@@ -71,22 +78,22 @@ RecordingOutcome Recording::finish(const StationCounters& counters, std::uint64_
   RecordingOutcome outcome;
   outcome.overflow = overflow;
   try {
-    outcome.file = file_writer_.unfinished_file();
+    outcome.file = file().unfinished();
     flush();
     StationCounters totals = counters;
     totals.record_overflow = overflow;
-    totals.record_unwritten = unwritten_ + file_writer_.unwritten();
+    totals.record_unwritten = unwritten();
     record::Counters& message = *info_.add_counters();
     encode(totals, message);
     message.set_role(info_.role());
     write_message(info_channel_, last_, info_);
     file_writer_.close();
-    outcome.file = file_;
+    outcome.file = file().file();
   } catch (const std::exception& error) {
     outcome.problem = error.what();
   }
   outcome.written = file_writer_.written();
-  outcome.unwritten = unwritten_ + file_writer_.unwritten();
+  outcome.unwritten = unwritten();
   if (outcome.problem.empty() && outcome.overflow + outcome.unwritten > 0) {
     outcome.problem = outcome.file.string() + " has gaps: " + std::to_string(outcome.overflow) +
                       " samples found no room in memory, " + std::to_string(outcome.unwritten) +

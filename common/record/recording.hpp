@@ -12,10 +12,13 @@
 
 namespace farhand {
 
-// A sentence for /events without a heap: longer ones are cut.
+// A sentence for /events without a heap: longer ones are cut, between two characters of UTF-8.
 struct Note {
   Note() = default;
-  explicit Note(std::string_view sentence) noexcept : size(sentence.copy(text.data(), text.size())) {}
+  explicit Note(std::string_view sentence) noexcept : size(sentence.copy(text.data(), text.size())) {
+    if (size == sentence.size()) return;
+    while (size > 0 && (static_cast<unsigned char>(sentence[size]) & 0xC0) == 0x80) --size;
+  }
   std::string_view view() const noexcept { return {text.data(), size}; }
 
   std::array<char, 160> text{};
@@ -39,7 +42,7 @@ class Recording {
 
   // The role (master, slave, netem, mcu) decides which samples are recorded under which topic. Throws
   // std::runtime_error with the path and the reason when the file cannot be made, std::invalid_argument on an unknown
-  // role.
+  // role. Where `file` or its .part exists already, a numbered one is made.
   Recording(const std::filesystem::path& file, const record::RunInfo& start);
 
   // A chunk is flushed whenever its samples span kChunkSpan. A kind of sample that the role does not record counts as
@@ -51,12 +54,14 @@ class Recording {
   RecordingOutcome finish(const StationCounters& counters, std::uint64_t overflow = 0) noexcept;
 
   std::uint64_t written() const { return file_writer_.written(); }
+  std::uint64_t unwritten() const { return unwritten_ + file_writer_.unwritten(); }
+  const std::string& last_error() const { return file_writer_.last_error(); }
+  const NewFile& file() const { return file_writer_.file(); }
 
  private:
   template <class Message>
   void write_message(std::uint16_t channel, Nanoseconds t, const Message& message);
 
-  std::filesystem::path file_;
   record::RunInfo info_;
   McapWriter file_writer_;
   std::uint16_t info_channel_ = 0, event_channel_ = 0, sample_channel_ = 0;

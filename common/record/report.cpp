@@ -7,7 +7,6 @@
 #include <boost/version.hpp>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <numbers>
 #include <stdexcept>
 
@@ -329,15 +328,6 @@ std::string report_html(const Session& session, const scene::Scene& scene, const
   out += "<h2>All metrics</h2>\n" + metrics_table(metrics);
   out += "<h2>Counters</h2>\n" + counters_table(session);
   return html_page("farhand: " + name, out + footer(session));
-}
-
-void write_report(const Session& session, const scene::Scene& scene, const Metrics& metrics,
-                  const std::filesystem::path& path) {
-  const std::string html = report_html(session, scene, metrics);
-  std::ofstream file(path, std::ios::binary);
-  file.write(html.data(), static_cast<std::streamsize>(html.size()));
-  file.close();
-  if (!file) throw std::runtime_error("cannot write the report to " + path.string());
 }
 
 }  // namespace farhand

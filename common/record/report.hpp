@@ -2,7 +2,6 @@
 // browser in a hospital and for paper.
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "common/record/metrics.hpp"
@@ -15,9 +14,5 @@ std::string report_html(const Session& session, const scene::Scene& scene, const
 std::string html_page(const std::string& title, const std::string& body);
 // What the program was built with, in words.
 std::string library_versions();
-
-// Throws std::runtime_error with the path if the file cannot be written.
-void write_report(const Session& session, const scene::Scene& scene, const Metrics& metrics,
-                  const std::filesystem::path& path);
 
 }  // namespace farhand

@@ -6,8 +6,11 @@
 #include <limits>
 #include <stdexcept>
 
+#include "common/files/output.hpp"
+#include "common/files/utf8.hpp"
 #include "common/record/mcap_reader.hpp"
 #include "common/record/mcap_writer.hpp"
+#include "common/record/stamps.hpp"
 
 namespace farhand {
 
@@ -48,7 +51,7 @@ Recorded read_recording(const std::filesystem::path& file) {
   return all;
 }
 
-void write_session_mcap(const Session& session, const std::filesystem::path& file) {
+std::filesystem::path write_session_mcap(const Session& session, const std::filesystem::path& file) {
   McapWriter out(file);
   const std::uint16_t info_channel = out.add_channel("/info", *record::RunInfo::descriptor());
   const std::uint16_t event_channel = out.add_channel("/events", *record::Event::descriptor());
@@ -58,13 +61,13 @@ void write_session_mcap(const Session& session, const std::filesystem::path& fil
   std::string bytes;
   const auto write = [&](std::uint16_t channel, double t_s, const auto& message) {
     message.SerializeToString(&bytes);
-    out.write(channel, from_seconds(t_s), bytes);
+    out.write(channel, stamp_from_seconds(t_s), bytes);
   };
   // Chunks of a bounded number of messages: an indexed reader loads a chunk at a time.
   constexpr std::size_t kPerChunk = 4096;
   const auto write_series = [&](std::uint16_t channel, const auto& series, auto message) {
     for (std::size_t i = 0; i < series.size(); ++i) {
-      encode(from_seconds(series[i].t_s), series[i], message);
+      encode(stamp_from_seconds(series[i].t_s), series[i], message);
       write(channel, series[i].t_s, message);
       if (i % kPerChunk == kPerChunk - 1) out.flush();
     }
@@ -88,16 +91,20 @@ void write_session_mcap(const Session& session, const std::filesystem::path& fil
   write(info_channel, 0, info);
   for (const SessionEvent& event : session.events) {
     record::Event message;
-    message.set_t_ns(from_seconds(event.t_s));
-    message.set_who(event.who);
-    message.set_text(event.text);
+    message.set_t_ns(stamp_from_seconds(event.t_s));
+    message.set_who(as_utf8(event.who));
+    message.set_text(as_utf8(event.text));
     write(event_channel, event.t_s, message);
   }
   write_series(master_channel, session.master, record::StationSample());
   write_series(slave_channel, session.slave, record::StationSample());
   write_series(link_channel, session.link, record::LinkSample());
-  if (out.unwritten() > 0) throw std::runtime_error("cannot write " + file.string() + ": " + out.last_error());
+  if (out.unwritten() > 0) {
+    out.discard();  // it can be merged again
+    throw std::runtime_error("cannot write " + file.string() + ": " + out.last_error());
+  }
   out.close();
+  return out.file().file();
 }
 
 Session read_session_mcap(const std::filesystem::path& file) {
@@ -140,14 +147,9 @@ std::string session_directory(const std::filesystem::path& root, std::int64_t ut
   // A scene may be named by a path; only its name becomes part of ours.
   const std::string name = std::filesystem::path(scene).stem().string();
   const std::string base = (root / (stamp.data() + ("-" + name) + "-" + std::to_string(seed))).string();
-  std::error_code error;
-  std::filesystem::create_directories(root, error);
+  make_directories(root);
   std::string path = base;
-  // create_directory is false, without an error, exactly if somebody has made it before us.
-  for (int i = 2; !error && !std::filesystem::create_directory(path, error) && !error; ++i) {
-    path = base + "-" + std::to_string(i);
-  }
-  if (error) throw std::runtime_error("cannot make the session directory " + path + ": " + error.message());
+  for (int i = 2; !make_directory(path); ++i) path = base + "-" + std::to_string(i);
   return path;
 }
 

@@ -27,9 +27,9 @@ struct Recorded {
 // Throws std::runtime_error when the file cannot be read or is no recording of ours; damage is told in `problems`.
 Recorded read_recording(const std::filesystem::path& file);
 
-// One file with both stations on the master's clock, t_ns counted from the start of the run. Both throw
-// std::runtime_error.
-void write_session_mcap(const Session& session, const std::filesystem::path& file);
+// One file with both stations on the master's clock, t_ns counted from the start of the run. Returns the new file:
+// where `file` exists already, a numbered one. Both throw std::runtime_error.
+std::filesystem::path write_session_mcap(const Session& session, const std::filesystem::path& file);
 Session read_session_mcap(const std::filesystem::path& file);
 
 // Makes root/UTC-SCENE-SEED (UTC as 20260131T235959Z) and returns it; if it exists, -2, -3, ... is appended. Throws

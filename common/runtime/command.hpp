@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,8 @@ class App;
 
 namespace farhand {
 
+struct NamedFiles;  // the inputs and outputs of a program's commands
+
 enum class Needed : std::uint8_t { kNo, kYes };
 
 // A handle: copies mean the same command. Names begin with -- for options and in capitals for what is given by place.
@@ -23,6 +26,13 @@ class Command {
   void require_subcommand();
 
   void text(const char* name, std::string& value, const char* meaning, Needed needed = Needed::kNo);
+  // A file that is read. No output may name it.
+  void input(const char* name, std::string& value, const char* meaning, Needed needed = Needed::kNo);
+  // A file that is made, or a directory for files. Refused before anything runs where none can be made (require_output
+  // in common/files/output.hpp), where it is an input of the same command, and where two outputs have one name. "-" is
+  // for the command to judge.
+  void output(const char* name, std::string& value, const char* meaning);
+  void output_directory(const char* name, std::string& value, const char* meaning);
   // By place: one or more. As an option: one each time that it is written.
   void texts(const char* name, std::vector<std::string>& values, const char* meaning, Needed needed = Needed::kNo);
   // Both ends of a range are allowed; NaN is not in any.
@@ -40,8 +50,9 @@ class Command {
 
  private:
   friend class Program;
-  explicit Command(CLI::App* app) : app_(app) {}
+  Command(CLI::App* app, NamedFiles* files) : app_(app), files_(files) {}
   CLI::App* app_;
+  NamedFiles* files_;
 };
 
 inline constexpr int kExitOk = 0;             // also when the verdict is degraded
@@ -57,13 +68,15 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  Command command() { return Command(app_); }
+  Command command() { return Command(app_, files_.get()); }
   // Parses, runs the body, and turns what it throws into a sentence and an exit code. A body throws only before its
-  // loop.
+  // loop. From here on a file that may not grow and a pipe that nobody reads are errors of one write, not the end of
+  // the program.
   int run(int argc, char** argv, const std::function<int()>& body);
 
  private:
   CLI::App* app_;
+  std::unique_ptr<NamedFiles> files_;
 };
 
 }  // namespace farhand

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "common/config/load.hpp"
+#include "common/files/output.hpp"
 #include "common/runtime/program.hpp"
 
 namespace farhand {
@@ -22,7 +23,7 @@ std::filesystem::path key_file(const std::string& chosen) {
 }
 
 void add_key_option(Command command, std::string& key) {
-  command.text("--key", key, "file of the pairing key; without it the user's own, ~/.config/farhand/key");
+  command.input("--key", key, "file of the pairing key; without it the user's own, ~/.config/farhand/key");
 }
 
 struct PairOptions {
@@ -61,6 +62,7 @@ int pair(const PairOptions& options) {
   const bool there = std::filesystem::exists(file);
   if (options.rotate) load_key(file);  // only what is a key is replaced
   if (!options.import.empty()) {
+    if (same_on_disk(options.import, file)) throw std::invalid_argument("--import " + options.import + " is that key");
     const PairingKey key = import_key(options.import);
     if (there) load_key(file);
     store_key(file, key, there ? ExistingKey::kReplace : ExistingKey::kRefuse);
@@ -122,7 +124,7 @@ int run_pair(const std::string& program, int argc, char** argv) {
                   "its check phrase.");
   Command command = pairing.command();
   add_key_option(command, options.key);
-  command.text("--import", options.import, "take the key that the other side has made from this file; - is stdin");
+  command.input("--import", options.import, "take the key that the other side has made from this file; - is stdin");
   command.flag("--rotate", options.rotate, "a new key in place of the old one");
   command.flag("--revoke", options.revoke, "overwrite and remove the key");
   return pairing.run(argc, argv, [&] { return pair(options); });

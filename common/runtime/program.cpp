@@ -1,13 +1,10 @@
 #include "common/runtime/program.hpp"
 
-#include <unistd.h>
-
-#include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <random>
+#include <stdexcept>
 
 namespace farhand {
 
@@ -28,12 +25,12 @@ void add_set_options(Command command, SceneChoice& choice) {
 }  // namespace
 
 void add_scene_option(Command command, SceneChoice& choice) {
-  command.text("--scene", choice.scene, "name of a shipped scene, or path of a scene file", Needed::kYes);
+  command.input("--scene", choice.scene, "name of a shipped scene, or path of a scene file", Needed::kYes);
   add_set_options(command, choice);
 }
 
 void add_scene_argument(Command command, SceneChoice& choice) {
-  command.text("SCENE", choice.scene, "name of a shipped scene, or path of a scene file", Needed::kYes);
+  command.input("SCENE", choice.scene, "name of a shipped scene, or path of a scene file", Needed::kYes);
   add_set_options(command, choice);
 }
 
@@ -51,17 +48,18 @@ record::RunInfo run_info(const LoadedScene& scene, const std::string& role) {
   return info;
 }
 
-void require_recordable(const std::string& file) {
-  if (file.empty()) return;
-  const std::filesystem::path directory = std::filesystem::absolute(file).parent_path();
-  if (::access(directory.c_str(), W_OK | X_OK) != 0) {
-    throw std::runtime_error("cannot record to " + file + ": " + directory.string() + ": " + std::strerror(errno));
-  }
-}
-
 std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role) {
   if (file.empty()) return nullptr;
-  return std::make_unique<Recorder>(file, run_info(scene, role));
+  if (file == "-") throw std::invalid_argument("--record -: a session is recorded to a file");
+  auto recorder = std::make_unique<Recorder>(file, run_info(scene, role));
+  for (const std::filesystem::path& there : recorder->file().in_the_way()) {
+    if (there.extension() == ".part")
+      std::fprintf(stderr, "recording: %s is of a run that did not end; farhand-lab recording recover completes it\n",
+                   there.c_str());
+  }
+  if (const std::string sentence = other_name(recorder->file()); !sentence.empty())
+    std::fprintf(stderr, "recording: %s\n", sentence.c_str());
+  return recorder;
 }
 
 void finish_recorder(Recorder* recorder, const StationCounters& counters) {

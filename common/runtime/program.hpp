@@ -28,10 +28,7 @@ void add_scene_argument(Command command, SceneChoice& choice);  // SCENE, --set,
 
 // What stands at the head of a recording that begins now.
 record::RunInfo run_info(const LoadedScene& scene, const std::string& role);
-// Throws std::runtime_error when nothing can be written there: a program that still waits for its peer must say so
-// first.
-void require_recordable(const std::string& file);
-// None without a file name.
+// None without a file name. Says on stderr where the recording goes instead if the name is taken.
 std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role);
 // Completes it and says on stderr what was lost, if anything.
 void finish_recorder(Recorder* recorder, const StationCounters& counters);

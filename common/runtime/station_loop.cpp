@@ -93,9 +93,10 @@ void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noex
 }
 
 void StationLoop::note(Nanoseconds t, const char* what, const char* why) noexcept {
-  std::array<char, 64> text;
-  const int length = std::snprintf(text.data(), text.size(), "%s: %s", what, why);
-  ports_.recorder->note(t, {text.data(), static_cast<std::size_t>(length)});
+  Note sentence;  // snprintf tells the length of the whole, however much of it there is room for
+  const int length = std::snprintf(sentence.text.data(), sentence.text.size(), "%s: %s", what, why);
+  sentence.size = std::min(static_cast<std::size_t>(std::max(length, 0)), sentence.text.size() - 1);
+  ports_.recorder->note(t, sentence.view());
 }
 
 void StationLoop::show(double t_s) noexcept {

@@ -14,6 +14,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "common/files/output.hpp"
+
 namespace farhand {
 namespace {
 
@@ -190,29 +192,24 @@ PairingKey load_key(const std::filesystem::path& file) {
 }
 
 void store_key(const std::filesystem::path& file, const PairingKey& key, ExistingKey existing) {
-  std::error_code error;
-  const std::filesystem::path directory = std::filesystem::absolute(file).parent_path();
-  if (!std::filesystem::exists(directory, error)) {
-    std::filesystem::create_directories(directory, error);
-    if (!error) std::filesystem::permissions(directory, std::filesystem::perms::owner_all, error);
-    if (error) refuse(file, "cannot make its directory: " + error.message());
-  }
+  make_directories(std::filesystem::absolute(file).parent_path());
   if (existing == ExistingKey::kRefuse && ::access(file.c_str(), F_OK) == 0) refuse(file, "exists already");
   std::string text = to_hex(key.bytes()) + "\n";
-  const std::filesystem::path part = file.string() + ".new";
-  ::unlink(part.c_str());
-  {
-    const File out(part, O_WRONLY | O_CREAT | O_EXCL);
-    if (out.fd() < 0) refuse(file, std::strerror(errno));
-    if (::fchmod(out.fd(), 0600) != 0) refuse(file, std::strerror(errno));
-    write_whole(file, out.fd(), text);
+  NewFile part(file.string() + ".new");
+  try {
+    write_whole(file, part.descriptor(), text);
+    part.complete();
+  } catch (...) {
+    part.discard();
+    OPENSSL_cleanse(text.data(), text.size());
+    throw;
   }
   OPENSSL_cleanse(text.data(), text.size());
+  const char* made = part.file().c_str();
   // link() does not replace what another process has put there meanwhile; rename() does.
-  const int result =
-      existing == ExistingKey::kRefuse ? ::link(part.c_str(), file.c_str()) : ::rename(part.c_str(), file.c_str());
+  const int result = existing == ExistingKey::kRefuse ? ::link(made, file.c_str()) : ::rename(made, file.c_str());
   const int why = errno;
-  if (existing == ExistingKey::kRefuse || result != 0) ::unlink(part.c_str());
+  if (existing == ExistingKey::kRefuse || result != 0) ::unlink(made);
   if (result != 0) refuse(file, std::strerror(why));
 }
 

@@ -14,8 +14,8 @@ Command add_compare(Command program, CompareChoice& choice) {
   command.flag("--lab", choice.asked.lab, "also run the scene of each directory, as recorded, in virtual time");
   command.texts("--set", choice.asked.sets, "field.path=value, on top of every scene given; may be repeated");
   command.seed("--seed", choice.asked.seed, "seed of every random choice, instead of that of each scene given");
-  command.text("--report", choice.report, "the comparison as one HTML file (- is standard output)");
-  command.text("--json", choice.json, "all metrics and the differences as JSON (- is standard output)");
+  command.output("--report", choice.report, "the comparison as one HTML file (- is standard output)");
+  command.output("--json", choice.json, "all metrics and the differences as JSON (- is standard output)");
   return command;
 }
 

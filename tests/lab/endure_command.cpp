@@ -50,7 +50,7 @@ Command add_endure(Command program, EndureChoice& choice) {
   add_scene_argument(command, choice.scene);
   command.number("--hours", choice.hours, 1e-4, 1000.0, "virtual time, h; by default 24");
   command.number("--line", choice.line_s, 0.1, 1e6, "virtual time of a line, s; by default 3600");
-  command.text("--json", choice.json, "the lines as JSON (- is standard output)");
+  command.output("--json", choice.json, "the lines as JSON (- is standard output)");
   return command;
 }
 

@@ -12,9 +12,9 @@ Command add_explain(Command program, ExplainChoice& choice) {
       "explain",
       "the blocks of a scene and those it leaves out, each with reason, time and bytes, and its integrators");
   add_scene_argument(command, choice.scene);
-  command.text("--json", choice.json,
-               "the same as JSON; what the wall clock measured stands under wall_clock "
-               "(- is standard output)");
+  command.output("--json", choice.json,
+                 "the same as JSON; what the wall clock measured stands under wall_clock "
+                 "(- is standard output)");
   return command;
 }
 

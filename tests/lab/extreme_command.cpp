@@ -16,9 +16,9 @@ Command add_extreme(Command program, ExtremeChoice& choice) {
       "extreme", "run the catalogue of stiff and extreme cases; exit code 3 if one comes out otherwise than expected");
   command.text("--family", choice.family, "only families whose name contains this");
   command.count("--threads", choice.threads, 0, 1024, "0: one per core; the results are the same for any number");
-  command.text("--json", choice.json, "results as JSON (- is standard output)");
-  command.text("--csv", choice.csv, "results as a table (- is standard output)");
-  command.text("--report", choice.report, "results as one HTML file (- is standard output)");
+  command.output("--json", choice.json, "results as JSON (- is standard output)");
+  command.output("--csv", choice.csv, "results as a table (- is standard output)");
+  command.output("--report", choice.report, "results as one HTML file (- is standard output)");
   return command;
 }
 

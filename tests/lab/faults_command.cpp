@@ -13,8 +13,8 @@ Command add_faults(Command program, FaultsChoice& choice) {
   Command command = program.subcommand(
       "faults", "run the fault matrix in virtual time; exit code 3 if a row comes out otherwise than expected");
   command.text("--fault", choice.fault, "only faults whose name contains this");
-  command.text("--json", choice.json, "results as JSON (- is standard output)");
-  command.text("--report", choice.report, "results as one HTML file (- is standard output)");
+  command.output("--json", choice.json, "results as JSON (- is standard output)");
+  command.output("--report", choice.report, "results as one HTML file (- is standard output)");
   return command;
 }
 

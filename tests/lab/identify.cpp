@@ -12,6 +12,7 @@
 
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
+#include "common/record/stamps.hpp"
 #include "common/scene/states.hpp"
 
 namespace farhand {
@@ -75,7 +76,7 @@ double finest_step(const Recorded::Series<T>& rows, Angle angle) {
 template <class T>
 double period_of(const Recorded::Series<T>& rows) {
   std::vector<Nanoseconds> steps;
-  for (std::size_t i = 1; i < rows.size(); ++i) steps.push_back(rows[i].first - rows[i - 1].first);
+  for (std::size_t i = 1; i < rows.size(); ++i) steps.push_back(stamp_difference(rows[i].first, rows[i - 1].first));
   if (steps.empty()) return 0.0;
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
@@ -89,7 +90,7 @@ FreeMotionEstimate fit(const Recorded::Series<T>& rows, const FreeMotion::Params
   const auto motion = std::make_unique<FreeMotion>(params);
   Nanoseconds last = 0;
   for (const auto& [t, row] : rows) {
-    if (to_seconds(t - last) > 1.5 * params.dt_s || t <= last || !use(row)) motion->interrupt();
+    if (to_seconds(stamp_difference(t, last)) > 1.5 * params.dt_s || t <= last || !use(row)) motion->interrupt();
     last = t;
     if (use(row) && std::isfinite(angle(row)) && std::isfinite(torque(row))) motion->add(angle(row), torque(row));
   }

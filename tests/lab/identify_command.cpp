@@ -10,13 +10,13 @@ Command add_identify(Command program, IdentifyChoice& choice) {
   Command command = program.subcommand("identify",
                                        "inertia, friction and spring of an axis from a recording in which it was moved "
                                        "without a hand in it; exit code 3 if it is another one than the scene says");
-  command.text("FILE", choice.file, "recording", Needed::kYes);
+  command.input("FILE", choice.file, "recording", Needed::kYes);
   command.text("--side", choice.side, "master, slave or mcu (the orthosis); needed where FILE holds several");
-  command.text("--json", choice.json, "results as JSON (- is standard output)");
+  command.output("--json", choice.json, "results as JSON (- is standard output)");
   command.number("--inertia", choice.inertia_kgm2, 0, 10,
                  "known inertia of the axis, kg m2: tells the torque constant");
-  command.text("--loaded", choice.loaded,
-               "recording of the same axis with an inertia added: tells the torque constant");
+  command.input("--loaded", choice.loaded,
+                "recording of the same axis with an inertia added: tells the torque constant");
   command.number("--added", choice.added_kgm2, 0, 10, "that inertia, kg m2");
   return command;
 }

@@ -8,8 +8,8 @@ namespace farhand {
 
 Command add_limits(Command program, LimitsChoice& choice) {
   Command command = program.subcommand("limits", "where observers, force loop and sampled walls cease to be stable");
-  command.text("--csv", choice.csv, "every point of the maps (- is standard output)");
-  command.text("--report", choice.report, "the maps as one HTML file (- is standard output)");
+  command.output("--csv", choice.csv, "every point of the maps (- is standard output)");
+  command.output("--report", choice.report, "the maps as one HTML file (- is standard output)");
   return command;
 }
 

@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <fstream>
 #include <iomanip>
 
 #include "common/config/schema.hpp"
@@ -39,12 +40,13 @@ void write_outputs(const Outputs& to, const Session& session, const scene::Scene
   write_to(to.csv, [&](std::ostream& out) { write_csv(session, out); });
   write_to(to.report, [&](std::ostream& out) { out << report_html(session, scene, metrics); });
   if (to.record == "-") {  // a recording is completed by renaming it, so it takes a detour to standard output
-    const fs::path file = fs::temp_directory_path() / ("farhand-" + std::to_string(::getpid()) + ".mcap");
-    write_session_mcap(session, file);
-    std::cout << std::ifstream(file, std::ios::binary).rdbuf() << std::flush;
+    const fs::path file =
+        write_session_mcap(session, fs::temp_directory_path() / ("farhand-" + std::to_string(::getpid()) + ".mcap"));
+    write_to("-", [&](std::ostream& out) { out << std::ifstream(file, std::ios::binary).rdbuf(); });
     fs::remove(file);
   } else if (!to.record.empty()) {
-    write_session_mcap(session, to.record);
+    const fs::path file = write_session_mcap(session, to.record);
+    if (file != to.record) std::cerr << to.record << " exists already and stays as it is: " << file.string() << '\n';
   }
 }
 
@@ -145,14 +147,14 @@ int report(const std::string& directory) {
   const scene::Scene scene = load_scene_text(session.scene_text, directory + "/scene.txtpb").scene;
   const Metrics metrics = compute_metrics(session, scene);
   const fs::path root(directory);
-  fs::remove(root / "session.mcap");  // made anew from the recordings of the processes
-  write_outputs(
-      {(root / "summary.json").string(), "", (root / "report.html").string(), (root / "session.mcap").string()},
-      session, scene, metrics);
+  std::vector<fs::path> files{root / "summary.json", root / "report.html", root / "session.mcap"};
+  const int number = free_number(files);  // of a report made again, one for all three
+  for (fs::path& file : files) file = numbered(file, number);
+  write_outputs({files[0].string(), "", files[1].string(), files[2].string()}, session, scene, metrics);
   print_table(session, metrics, std::cout);
   std::cout << "  clocks: slave + " << session.clock_offset_s << " s = master, within +-"
             << session.clock_offset_bound_s << " s\n";
-  std::cout << (root / "report.html").string() << '\n' << directory << '\n';
+  std::cout << files[1].string() << '\n' << directory << '\n';
   return verdict_code(metrics);
 }
 
@@ -185,10 +187,10 @@ int main(int argc, char** argv) {
   Outputs outputs;
   Command run = lab.subcommand("run", "run a scene in virtual time; exit code 3 if the verdict is failed");
   add_scene_argument(run, choice);
-  run.text("--json", outputs.json, "metrics as flat JSON (- is standard output)");
-  run.text("--csv", outputs.csv, "every tick of both sides (- is standard output)");
-  run.text("--report", outputs.report, "report as one HTML file (- is standard output)");
-  run.text("--record", outputs.record, "recording of both sides and the link as MCAP (- is standard output)");
+  run.output("--json", outputs.json, "metrics as flat JSON (- is standard output)");
+  run.output("--csv", outputs.csv, "every tick of both sides (- is standard output)");
+  run.output("--report", outputs.report, "report as one HTML file (- is standard output)");
+  run.output("--record", outputs.record, "recording of both sides and the link as MCAP (- is standard output)");
 
   std::vector<std::string> files;
   Command checked = lab.subcommand("check", "say everything that is wrong with scene files");
@@ -222,12 +224,12 @@ int main(int argc, char** argv) {
   Command recording = lab.subcommand("recording", "mend or export a recording");
   recording.require_subcommand();
   Command recovered = recording.subcommand("recover", "complete an unfinished recording");
-  recovered.text("FILE", file, "unfinished recording (.mcap.part)", Needed::kYes);
-  recovered.text("TO", to, "complete recording; by default FILE without .part");
+  recovered.input("FILE", file, "unfinished recording (.mcap.part)", Needed::kYes);
+  recovered.output("TO", to, "complete recording; by default FILE without .part");
   Command exported = recording.subcommand("export", "for other tools");
-  exported.text("FILE", file, "recording", Needed::kYes);
-  exported.text("--csv", csv_directory, "directory for one CSV file per topic");
-  exported.text("--mat", mat_file, "MAT file, level 4");
+  exported.input("FILE", file, "recording", Needed::kYes);
+  exported.output_directory("--csv", csv_directory, "directory for one CSV file per topic");
+  exported.output("--mat", mat_file, "MAT file, level 4");
 
   EndureChoice endurance;
   const Command endured = add_endure(lab, endurance);

@@ -12,9 +12,9 @@ Command add_precision(Command program, PrecisionChoice& choice) {
   add_scene_argument(command, choice.scene);
   command.count("--runs", choice.settings.runs, 1, 1000, "how often each is timed");
   command.flag("!--no-cvode", choice.settings.competitor, "without CVODE, which takes most of the time");
-  command.text("--json", choice.json, "all numbers as JSON (- is standard output)");
-  command.text("--csv", choice.csv, "errors of every tick (- is standard output)");
-  command.text("--report", choice.report, "report as one HTML file (- is standard output)");
+  command.output("--json", choice.json, "all numbers as JSON (- is standard output)");
+  command.output("--csv", choice.csv, "errors of every tick (- is standard output)");
+  command.output("--report", choice.report, "report as one HTML file (- is standard output)");
   return command;
 }
 

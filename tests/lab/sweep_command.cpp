@@ -47,7 +47,7 @@ Command add_sweep(Command program, SweepChoice& choice) {
       "sweep", "a scene over ranges of its settings, in the bare loop and on all cores; --set field=from:to:count");
   add_scene_argument(command, choice.scene);
   command.count("--threads", choice.threads, 0, 1024, "0: one per core; the results are the same for any number");
-  command.text("--csv", choice.csv, "table of the results (default - is standard output)");
+  command.output("--csv", choice.csv, "table of the results (default - is standard output)");
   return command;
 }
 

@@ -1,29 +1,29 @@
 // Where a command's results go.
 #pragma once
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
 
+#include "common/files/output_stream.hpp"
+
 namespace farhand {
 
-// "-" is standard output, nothing is nowhere. Throws when the file cannot be written to its end.
+// "-" is standard output, nothing is nowhere, all else a new file (common/files/output.hpp); if its name is taken,
+// stderr says which one it has got. Returns its name. Throws std::runtime_error when not all of it could be written.
 template <class Write>
-void write_to(const std::string& path, Write&& write) {
-  if (path.empty()) return;
+std::filesystem::path write_to(const std::string& path, Write&& write) {
+  if (path.empty()) return {};
   if (path == "-") {
     write(std::cout);
-    std::cout.flush();
-    return;
+    if (!std::cout.flush()) throw std::runtime_error("could not write all of it to standard output");
+    return {};
   }
-  std::ofstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
+  OutputStream file(path);
   write(file);
-  file.close();
-  if (!file) throw std::runtime_error("could not write all of " + path + ": " + std::strerror(errno));
+  file.finish();
+  if (const std::string sentence = other_name(file.made()); !sentence.empty()) std::cerr << sentence << '\n';
+  return file.made().file();
 }
 
 }  // namespace farhand

@@ -1,0 +1,38 @@
+// A stream into a new file. What could not be written is told, with the reason, by finish().
+#pragma once
+
+#include <array>
+#include <ostream>
+#include <streambuf>
+
+#include "common/files/output.hpp"
+
+namespace farhand {
+
+class OutputStream : public std::ostream {
+ public:
+  // Throws like NewFile.
+  explicit OutputStream(const std::filesystem::path& wanted);
+  ~OutputStream() override;  // without finish(): removes the file, for half a result looks like a whole one
+
+  // Throws std::runtime_error when not all of it is in the file.
+  void finish();
+
+  const NewFile& made() const { return buffer_.file; }
+
+ private:
+  struct Buffer : std::streambuf {
+    explicit Buffer(const std::filesystem::path& wanted);
+    int_type overflow(int_type one) override;
+    int sync() override;
+
+    NewFile file;
+    int why = 0;  // errno of the first write that failed
+    std::array<char, 65536> bytes;
+  };
+
+  Buffer buffer_;
+  bool finished_ = false;
+};
+
+}  // namespace farhand
