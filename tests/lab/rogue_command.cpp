@@ -25,8 +25,8 @@ Command add_rogue(Command program, RogueChoice& choice) {
                "run this row, a cell and a genome as a search prints them, and nothing else");
   command.seed("--seed", choice.seed, "of the search; 1 by default");
   command.count("--threads", choice.threads, 0, 1024, "0: one per core; the results are the same for any number");
-  command.text("--json", choice.json, "results as JSON (- is standard output)");
-  command.text("--report", choice.report, "results as one HTML file (- is standard output)");
+  command.output("--json", choice.json, "results as JSON (- is standard output)");
+  command.output("--report", choice.report, "results as one HTML file (- is standard output)");
   return command;
 }
 
