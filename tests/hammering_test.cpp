@@ -20,7 +20,8 @@ architecture: FOUR_CHANNEL duration_s: 9 operator_acts { at_s: 0.5 act: ENGAGE }
 network { forward { delay_s: 0.1 } backward { delay_s: 0.1 } }
 master { axis { torque_rate_limit_nm_per_s: 1e6 } motor { encoder_counts_per_rev: 0 }
          therapist { intended { duration_s: 2 } intended { ramp_to_rad: 0.25 duration_s: 0.3 } } }
-slave { shaking_limit_rad_s: 100 axis { torque_rate_limit_nm_per_s: 1e6 } motor { encoder_counts_per_rev: 0 } wall { at_rad: 0.1 } }
+slave { shaking_limit_rad_s: 100 limits { power_w: 1000 }
+        axis { torque_rate_limit_nm_per_s: 1e6 } motor { encoder_counts_per_rev: 0 } wall { at_rad: 0.1 } }
 )";
 
 // How far the slave moves to and fro at the end, rad, after the worst of some hits.

@@ -11,9 +11,10 @@
 namespace farhand {
 namespace {
 
-constexpr double kStiffestHand = 30;   // N m/rad; a finger joint has up to 10
-constexpr double kStiffestGrasp = 60;  // N m/rad; a rigid thing behind the pulp of a fingertip, 10 N/mm at 80 mm
-constexpr double kFinestCount = 1e-4;  // rad; what is finer tells nothing more of an axis that shakes by that much
+constexpr double kStiffestHand = 30;     // N m/rad; a finger joint has up to 10
+constexpr double kStiffestGrasp = 60;    // N m/rad; a rigid thing behind the pulp of a fingertip, 10 N/mm at 80 mm
+constexpr double kUntilItIsSure = 0.95;  // of the speed of a therapist, who may move himself
+constexpr double kFinestCount = 1e-4;    // rad; what is finer tells nothing more of an axis that shakes by that much
 
 DriveParams drive_params(const scene::Scene& scene, const scene::Axis& axis) {
   const scene::Control& c = scene.control();
@@ -229,6 +230,7 @@ StationParams master_station_params(const scene::Scene& scene, std::uint32_t ses
   p.scene.sdcv.f_2 *= p.scale.force;
   p.identifying.resolution = count_rad(scene.master().motor().encoder_counts_per_rev());
   p.scene.drive.person.power = scene.master().limits().power_w();
+  p.scene.drive.person.speed *= kUntilItIsSure;
   p.scene.drive.person.free = true;
   p.guard.plausibility = plausibility_of_master(scene, p.scene.drive);
   p.guard.oscillation = {.limit = scene.master().limits().shaking_limit_rad_s(),

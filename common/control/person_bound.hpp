@@ -67,8 +67,8 @@ class PersonBound {
     if (p_.free) {
       const Joints<N> kinetic = local.v * local.v / (2 * K_f_);
       given_ = (given_ + local.f * local.v * dt_s_ * ticks).max(-kinetic).min(kMost - kinetic);
-      const double threshold = kMoved * J_n_ * p_.speed * p_.speed + 0.5 * kinetic.sum();
-      moved_ = std::clamp((given_ + kinetic).sum() / threshold - 1.0, 0.0, 1.0);
+      const double threshold = kMoved * J_n_ * p_.speed * p_.speed + kWrong * kinetic.sum();
+      moved_ = std::clamp(2.0 * ((given_ + kinetic).sum() / threshold - 1.0), 0.0, 1.0);
     }
     const Joints<N> f_soon = local.f + kLead * (local.f - f_slow_.step(local.f));
     Joints<N> a = a_ref;
@@ -111,7 +111,8 @@ class PersonBound {
   }
 
   static constexpr double kMost = 10.0;      // J
-  static constexpr double kMoved = 0.125;    // of J v_max^2: from here to twice of it he counts as moved by the device
+  static constexpr double kMoved = 0.0625;   // of J v_max^2, and
+  static constexpr double kWrong = 0.35;     // of what moves: from there to half as much more he counts as moved
   static constexpr double kBrake = 80.0;     // 1/s: torque is known 5 ms late, speed 3
   static constexpr double kLead = 1.0;       // of what f has grown over the time of k_B
   static constexpr double kEnd = 25.0;       // 1/s

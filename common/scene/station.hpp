@@ -247,7 +247,10 @@ class Station {
   bool leapt(const Motion<N>& source, int ticks) const noexcept {
     const bool engaging = trace_.state == StationState::kAligning ||
                           (gap_ > 0 && trace_.state == StationState::kEngaged && !guard_ && !blend_.done());
-    return engaging && ((source.x - x_source_).abs() > kLeap + 1.25 * dt_s_ * ticks * source.v.abs()).any();
+    const Joints<N> dx = source.x - x_source_;
+    const bool far = (dx.abs() > kLeap + 1.25 * dt_s_ * ticks * source.v.abs()).any();
+    const bool against = (dx * source.v < 0.0 && dx.abs() > kLeap).any();
+    return engaging && (far || against);
   }
 
   Motion<N> in_own_size(const Motion<N>& peer) const noexcept {

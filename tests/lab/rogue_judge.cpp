@@ -104,7 +104,10 @@ void Judge::see(const AtPerson& now) {
   see_windows(energy_);
   const Body& body = allowed_.body;
   if (gives) {
-    const double more = allowed_.therapist ? 0.0 : speed * std::sqrt(body.J * body.K);
+    // A mass that goes into a spring with v overshoots by v sqrt(J K); v is forgotten over a period of the two.
+    const double period = body.K > 0 ? 6.28 * std::sqrt(body.J / body.K) : 0.0;
+    went_in_ = std::max(speed, went_in_ * std::exp(-dt / std::max(period, dt)));
+    const double more = allowed_.therapist ? 0.0 : went_in_ * std::sqrt(body.J * body.K);
     meet(Line::kTorqueCommanded, std::fabs(now.commanded), allowed_.torque + 0.05);
     meet(Line::kTorqueOfSpring, std::fabs(now.spring), allowed_.torque + 0.05);
     meet(Line::kTorqueAtPerson, torque, allowed_.torque + (allowed_.therapist ? 0.1 : 0.05) + more);
@@ -164,7 +167,8 @@ void Judge::see(const TickTrace<1>& now, double t_s) {
       const auto allowed = [&](double v) { return std::clamp(v, -allowed_.speed, allowed_.speed); };
       meet(Line::kJump,
            unexplained_step(now.target.x[0] - was.target.x[0], dt,
-                            {was.local.v[0], now.local.v[0], allowed(was.target.v[0]), allowed(now.target.v[0])}),
+                            {was.local.v[0], now.local.v[0], allowed(was.target.v[0]), allowed(now.target.v[0]),
+                             allowed(was.remote.v[0]), allowed(now.remote.v[0])}),
            1e-3);
     }
     if (changed && now.state == StationState::kHolding) x_hold_ = now.local.x[0];

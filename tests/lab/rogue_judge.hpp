@@ -109,6 +109,7 @@ class Judge {
   bool first_ = true;
 
   double energy_ = 0, least_excess_ = 0;
+  double went_in_ = 0;  // rad/s, of late
   std::array<Account, kRing> accounts_{};
   std::size_t count_ = 0, for_shortest_ = 0, for_mean_ = 0;
 
