@@ -4,12 +4,12 @@
 //   a <= k_B (v_allow - v),   v_allow = min( v_max, P / (tau + 0.1 N m), v_end(way) )
 //
 // and alike downwards. tau: the torque against that direction, the larger of what acts, of what will act if it grows on
-// for 1/k_B, and of what was given. v_end: the
-// speed from which the way to the end of the range suffices to come to rest, as a low-pass of k_E close to it and with
-// the deceleration b further away, v_end (v_end + 2 b/k_E) = 2 b way. An acceleration and not a torque is bounded,
-// because the disturbance observer adds what the person resists with: speed then ends at v_allow like a low-pass of
-// k_B, whoever pushes. (Cutting the torque instead would chatter: over a tenth of the limit it is a gain of 75 N m
-// s/rad on 4 g m2, and the speed is known 3 ms late.)
+// for 1/k_B, and of what was given. v_end: the speed from which the way to the end of the range suffices to come to
+// rest, as a low-pass of k_E close to it and with the deceleration b further away, v_end (v_end + 2 b/k_E) = 2 b way.
+//
+// An acceleration and not a torque is bounded, because the disturbance observer adds what the person resists with:
+// speed then ends at v_allow like a low-pass of k_B, whoever pushes. (Cutting the torque instead would chatter: over a
+// tenth of the limit it is a gain of 75 N m s/rad on 4 g m2, and the speed is known 3 ms late.)
 //
 // Who moves outward, or fast, by himself is not held: towards the end of the range and near the power the bound is J
 // times this over what acts against the motion. Above v_max alone he is braked as well, since a hand that was stretched

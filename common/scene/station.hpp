@@ -2,8 +2,8 @@
 // and packets are arguments; the command and the next packet are results. The same class runs in the programs and in
 // virtual time.
 //
-// Order within a tick: read -> observe -> play out the peer -> intake gate -> guard (the patient's side) -> decide the
-// state -> motion to follow -> law -> last gate -> send.
+// Order within a tick: read -> observe -> play out the peer -> intake gate -> guard -> decide the state -> motion to
+// follow -> law -> bound at the person -> last gate -> send.
 #pragma once
 
 #include <algorithm>
