@@ -35,7 +35,7 @@ class FakeMcu(threading.Thread):
         self.fd, self.host_side = os.openpty()
         tty.setraw(self.fd)
         self.path = os.ttyname(self.host_side)
-        self.state, self.faults, self.errors, self.echo, self.angle = kit.SAFE, 0, 0, 0, 0.0
+        self.state, self.faults, self.errors, self.echo, self.angle, self.number = kit.SAFE, 0, 0, 0, 0.0, 0
         self.safe_seen, self.consistent, self.previous, self.heard_at, self.leaves_at = False, 0, None, 0.0, None
         self.start()
 
@@ -53,7 +53,8 @@ class FakeMcu(threading.Thread):
             due += 0.001
             self.watch()
             seq = (seq + (2 if self.fault == "loses frames" and seq == 7 else 1)) % 64
-            slow = {6: self.faults, 8: self.errors & 255, 10: 9, 11: self.echo, 12: 1}.get(seq & 15, 0)
+            slow = {6: self.faults, 8: self.errors & 255, 10: 9, 11: self.echo, 12: 1, 14: self.number >> 4,
+                    15: self.number & 255}.get(seq & 15, 0)
             os.write(self.fd, kit.telemetry(self.state, seq, round(self.angle * 10000), 0, slow))
 
     def watch(self):
@@ -78,6 +79,10 @@ class FakeMcu(threading.Thread):
         mode, seq, x = bits >> 46, bits >> 42 & 15, bits >> 28 & 0x3FFF
         if mode == kit.CONFIG and self.fault != "lives on CONFIG":
             return
+        if mode == kit.SAFE and self.fault != "numbers by four bits":
+            self.number = (x & 255) << 4 | seq
+        elif self.fault != "does not count on":
+            self.number = (self.number + ((seq - self.number) & 15)) % 4096
         repeated = self.state != kit.SAFE and mode << 4 | seq == self.echo and self.fault != "lives on repetition"
         self.heard_at, self.echo = self.heard_at if repeated else time.monotonic(), mode << 4 | seq
         if mode == kit.SAFE and self.state != kit.SAFE and self.fault == "stops gently":
@@ -137,6 +142,8 @@ class CheckMcu(unittest.TestCase):
                              "loses frames": kit.sends_telemetry,
                              "needs no SAFE": kit.does_not_start_without_safe,
                              "counts what does not follow": kit.starts_at_the_third_frame,
+                             "numbers by four bits": kit.counts_commands,
+                             "does not count on": kit.counts_commands,
                              "believes any CRC": kit.rejects_flipped_bits,
                              "counts no errors": kit.rejects_wrong_lengths,
                              "changes its mode": kit.changes_its_mode_at_the_third_frame,
@@ -151,7 +158,8 @@ class CheckMcu(unittest.TestCase):
                 self.assertIsNotNone(verdict_of(check, fault), f"{check.__name__} passes an MCU that {fault}")
 
     def test_passes_a_fake_without_a_fault(self):
-        for check in (kit.does_not_start_without_safe, kit.changes_its_mode_at_the_third_frame, kit.rejects_wrong_lengths, kit.stops_at_once, kit.repetition_is_no_sign_of_life):
+        for check in (kit.does_not_start_without_safe, kit.changes_its_mode_at_the_third_frame, kit.counts_commands,
+                      kit.rejects_wrong_lengths, kit.stops_at_once, kit.repetition_is_no_sign_of_life):
             self.assertIsNone(verdict_of(check, None))
 
     def heard(self, fd):

@@ -282,8 +282,9 @@ TEST(McuSi, SlowBytesAddUpAndAHalfPairIsNotUsed) {
   take(16, 0x00), take(18, 0x00), take(19, 0x00);  // 17 lost: torque keeps its last whole sample
   EXPECT_DOUBLE_EQ(values.spring_torque_nm(), -1.0);
   EXPECT_DOUBLE_EQ(values.motor_angle_rad(), 0.0);
-  take(27, 0x22);  // the echo again on the pages 14 and 15
-  take(30, 0x23);
+  take(27, 0x22);
+  take(30, 0x24);  // the number has pages of its own
+  take(27, 0x23);
   EXPECT_EQ(values.command_seq(), 3);
   take(28, 0x24), take(29, 96);
   EXPECT_EQ(values.restart(), 0x24);

@@ -58,9 +58,11 @@ enum class SlowPage : uint8_t {
   kFramingErrors,
   kOverruns,
   kFirmware,
-  kCommandEcho,  // newest command: mode in bits 4-5, seq below; the pages 14 and 15 repeat it
+  kCommandEcho,  // newest command: mode in bits 4-5, seq below
   kRestart,      // why the MCU started last, bits 0-3; how often it restarted, bits 4-7
   kCurrent,
+  kNumberHigh,  // bits 4-11 of the newest command's number,
+  kNumberLow,   // bits 0-7 of it, a frame later: each is the newest when its own frame is made
 };
 // Bits of the fault page. All but kWatchdog keep the MCU out of the active states: kPatientStop until it is released,
 // the others until the MCU is reset.
@@ -74,10 +76,19 @@ enum Fault : uint8_t {
   kSpringSensor = 64,  // the spring's sensor and the encoders disagree: one of them, or the spring, is broken
 };
 
-inline SlowPage slow_page(uint8_t telemetry_seq) {
-  const uint8_t page = telemetry_seq & 15;
-  return page > static_cast<uint8_t>(SlowPage::kCurrent) ? SlowPage::kCommandEcho : static_cast<SlowPage>(page);
+// A command's number has 12 bits, so that an age of up to 4 s is unambiguous. Every frame carries the lowest four as
+// seq; a SAFE frame, whose references say nothing, also the upper eight, as x_ref. In an active mode the MCU counts on.
+constexpr uint16_t kNumbers = 4096;
+inline void set_number(Command& command, uint16_t number) {
+  command.seq = number & 15;
+  if (command.mode == Mode::kSafe) command.x_ref = static_cast<int16_t>((number >> 4) & 0xFF);
 }
+inline uint16_t number_of(const Command& command, uint16_t before) {
+  if (command.mode == Mode::kSafe) return static_cast<uint16_t>(((command.x_ref & 0xFF) << 4) | command.seq);
+  return static_cast<uint16_t>(before + ((command.seq - before) & 15));
+}
+
+inline SlowPage slow_page(uint8_t telemetry_seq) { return static_cast<SlowPage>(telemetry_seq & 15); }
 
 // Polynomial 0x3D65 has Hamming distance 6 at this length (the common 0x1021: 4): up to five flipped bits are always
 // seen. Because nothing is xored at the end, the CRC over payload and CRC is 0.

@@ -35,6 +35,7 @@ template <class P>
 void OrthosisCore<P>::take(const Command& command) {
   if (command.mode == Mode::kConfig) return;
   echo_ = static_cast<uint8_t>((static_cast<uint8_t>(command.mode) << 4) | command.seq);
+  number_ = number_of(command, number_);
   if (command.mode == Mode::kSafe && command.f_ref == kStopNow) stop_now();
   if (phase_ == Phase::kSafe) {
     silent_loops_ = 0;
@@ -356,6 +357,10 @@ uint8_t OrthosisCore<P>::slow_byte(SlowPage page) {
       return restart_;
     case SlowPage::kCurrent:
       return current_;
+    case SlowPage::kNumberHigh:
+      return static_cast<uint8_t>((number_ >> 4) & 0xFF);
+    case SlowPage::kNumberLow:
+      return static_cast<uint8_t>(number_ & 0xFF);
     case SlowPage::kCommandEcho:
       break;
   }
