@@ -2,7 +2,8 @@
 // 115200 baud.
 //
 // It counts MCU loops, not wall time: when the host wakes it more than two milliseconds late it moves its time base
-// instead of catching up, so that a busy machine does not look like a dead cable.
+// instead of catching up, so that a busy machine does not look like a dead cable. What the host sent meanwhile does not
+// wait in a queue for it: it takes all of that and acts on the newest.
 #include <poll.h>
 
 #include <array>
@@ -12,6 +13,7 @@
 #include "common/runtime/program.hpp"
 #include "slave/emulator_params.hpp"
 #include "slave/patient_buttons.hpp"
+#include "slave/slow_host.hpp"
 
 namespace farhand {
 namespace {
@@ -29,19 +31,15 @@ class EmulatorLoop {
   bool operator()(const TickTime& time) noexcept {
     if (time.stopping) return false;
     const bool late = time.missed > kCaughtUp;
-    if (late) {
-      ++stalls_;
-      stalled_ms_ += time.missed;
-    }
+    if (late) slow_host_.missed(time.missed);
     buttons_.tick();
     orthosis_.emulator().press_stop(buttons_.stop());
     orthosis_.emulator().press_release(buttons_.release());
     now_ += kMillisecond * static_cast<Nanoseconds>(late ? 1 : 1 + time.missed);
 
-    std::array<std::uint8_t, 256> bytes;
-    const std::size_t heard = pty_.read(bytes);
-    orthosis_.send(bytes.data(), heard, now_);
+    hear(late);
     orthosis_.advance(now_);
+    std::array<std::uint8_t, 256> bytes;
     std::size_t said = 0;
     while (said < bytes.size() && orthosis_.receive(now_, bytes[said])) ++said;
     pty_.write(std::span(bytes).first(said));
@@ -49,12 +47,27 @@ class EmulatorLoop {
     return true;
   }
 
-  std::uint64_t stalls() const noexcept { return stalls_; }
-  std::uint64_t stalled_ms() const noexcept { return stalled_ms_; }
+  const SlowHost& slow_host() const noexcept { return slow_host_; }
   double virtual_s() const noexcept { return to_seconds(now_); }
 
  private:
   static constexpr std::uint64_t kCaughtUp = 2;  // ms
+  static constexpr std::size_t kOnItsWay = 40;   // bytes; more were sent earlier than this loop looked
+  static constexpr int kBursts = 64;             // more than the kernel keeps
+
+  // All that waits.
+  void hear(bool late) noexcept {
+    std::array<std::uint8_t, 256> bytes;
+    for (int burst = 0; burst < kBursts; ++burst) {
+      const std::span heard(bytes.data(), pty_.read(bytes));
+      if (late || orthosis_.waiting() + heard.size() > kOnItsWay) {
+        orthosis_.catch_up(heard);
+      } else {
+        orthosis_.send(heard.data(), heard.size(), now_);
+      }
+      if (heard.size() < bytes.size()) return;
+    }
+  }
 
   void record(Nanoseconds t) noexcept {
     if (recorder_ == nullptr) return;
@@ -75,7 +88,7 @@ class EmulatorLoop {
   PatientButtons& buttons_;
   Recorder* recorder_;
   Nanoseconds now_ = 0;
-  std::uint64_t stalls_ = 0, stalled_ms_ = 0;
+  SlowHost slow_host_;
 };
 
 // The orthosis is switched on by its first byte from the host, so that the times of the scene count from there.
@@ -113,8 +126,8 @@ int run(const Options& options) {
   finish_recorder(recorder.get(), counters);
   print_loop("mcu", stats);
   std::printf("farhand-mcu: %.3f s of MCU time; %llu host stalls, %llu ms in all, moved the time base\n",
-              loop.virtual_s(), static_cast<unsigned long long>(loop.stalls()),
-              static_cast<unsigned long long>(loop.stalled_ms()));
+              loop.virtual_s(), static_cast<unsigned long long>(loop.slow_host().stalls()),
+              static_cast<unsigned long long>(loop.slow_host().ms()));
   return kExitStopped;  // it has no end of its own: only a signal switches it off
 }
 

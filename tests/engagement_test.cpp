@@ -127,6 +127,8 @@ TEST(Engagement, TheSelfTestTakesTwentySoundMillisecondsAndNeverLongerThanASecon
   };
   ends([](EngagementInputs& one, Nanoseconds) { one.in_range = false; }, Reason::kOutOfRange);
   ends([](EngagementInputs& one, Nanoseconds) { one.at_rest = false; }, Reason::kNotAtRest);
+  ends([](EngagementInputs& one, Nanoseconds) { one.line = LineQuality::kSlow; }, Reason::kLineSlow);
+  ends([](EngagementInputs& one, Nanoseconds) { one.line = LineQuality::kUnknown; }, Reason::kLineSlow);
   ends([](EngagementInputs& one, Nanoseconds now) { one.at_rest = now % (15 * kMillisecond) != 0; },
        Reason::kNotAtRest);
 }
@@ -206,6 +208,8 @@ class Weather {
     in.finite = !happens(kNotFinite);
     in.in_range = !happens(kOutOfRange);
     in.at_rest = !happens(kNotAtRest);
+    if (happens(kLine)) in.line = static_cast<LineQuality>(1 + random_() % 3);
+    if (in.line == LineQuality::kLags) in.device_valid = false;
     if (happens(kHomed)) in.homing = random_() % 2 == 0 ? HomingProgress::kBlocked : HomingProgress::kDone;
     if (happens(kIdentified)) in.identifying = static_cast<IdentifyingProgress>(1 + random_() % 3);
     if (happens(kGuardFault)) in.guard_fault = Reason::kOutOfRange;
@@ -226,6 +230,7 @@ class Weather {
     kNotFinite,
     kOutOfRange,
     kNotAtRest,
+    kLine,
     kHomed,
     kIdentified,
     kGuardFault,
@@ -241,7 +246,7 @@ class Weather {
     constexpr std::uint64_t kRates[] = {0, 0, 0, 0, 0, 4, 32, 512};
     for (std::uint64_t& rate : rate_) rate = kRates[random_() % 8];
     rate_[kApart] = 512 * (random_() % 3);
-    if (random_() % 32 == 0) rate_[random_() % 2 == 0 ? kNotAtRest : kOutOfRange] = 1024;
+    if (random_() % 32 == 0) rate_[std::array{kNotAtRest, kOutOfRange, kLine}[random_() % 3]] = 1024;
   }
 
   std::mt19937_64 random_;

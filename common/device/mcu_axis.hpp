@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "common/device/line_age.hpp"
 #include "common/device/mcu_si.hpp"
 #include "common/device/serial_counters.hpp"
 #include "common/device/truth.hpp"
@@ -27,10 +28,12 @@ class McuAxis {
 
   // The readings are valid while telemetry is fresh, the MCU is in no fault, and it does what it was told: an MCU that
   // let go by itself (its own watchdog) while the station believes to be engaged is a lost device. So is one that
-  // nobody looked at for longer than the serial timer: what waits in the line then is of unknown age.
+  // nobody looked at for longer than the serial timer: what waits in the line then is of unknown age. And so is one
+  // whose line lags, which is judged once all that waits was read.
   Io::Sensed read(double t_s) noexcept {
     std::array<std::uint8_t, 64> bytes;
     sensed_.periods = 0;
+    line_.begin(t_s);
     for (int burst = 0; burst < kBursts; ++burst) {
       const std::size_t n = port.read(bytes, t_s);
       for (std::size_t i = 0; i < n; ++i) {
@@ -38,14 +41,19 @@ class McuAxis {
       }
       if (n < bytes.size()) break;
     }
+    const bool measured = line_.end(t_s);
     counters_.crc_errors = decoder_.crc_errors();
     counters_.framing_errors = decoder_.framing_errors();
     const bool fresh = heard_ && t_s - heard_s_ <= kSilence;
     const bool awake = t_s - read_s_ <= kSilence;
     read_s_ = t_s;
     const bool obeys = asked_ == mcu::Mode::kSafe || state_ == state_of(asked_) || t_s - asked_since_s_ < kTakeOver;
+    sensed_.line = line_.quality();
+    if (measured) tell_line();
+    const bool lags = measured && sensed_.line == LineQuality::kLags;
+    if (lags || !fresh || !awake) line_.forget();
     if (!fresh) sensed_.device.fault = DeviceFault::kNone;  // of old it may have been reset
-    sensed_.valid = fresh && awake && !port.lost() && state_ != mcu::State::kFault && obeys;
+    sensed_.valid = fresh && awake && !lags && !port.lost() && state_ != mcu::State::kFault && obeys;
     sensed_.at_rest = state_ == mcu::State::kSafe;
     return sensed_;
   }
@@ -55,9 +63,11 @@ class McuAxis {
     if (mode != asked_) asked_since_s_ = t_s;
     asked_ = mode;
     const Motion<1>& r = command.reference;
-    const auto seq = static_cast<std::uint8_t>(seq_++ & 15);
+    const std::uint16_t number = line_.send(t_s);
+    const auto seq = static_cast<std::uint8_t>(number & 15);
     const double f_ref = mode == mcu::Mode::kTorque ? -r.f[0] : r.f[0];  // a torque, or the peer's reaction
-    const mcu::Command frame = command.stop ? mcu::make_stop(seq) : mcu::make_command(mode, seq, r.x[0], r.v[0], f_ref);
+    mcu::Command frame = command.stop ? mcu::make_stop(seq) : mcu::make_command(mode, seq, r.x[0], r.v[0], f_ref);
+    mcu::set_number(frame, number);
     // A zero first, because the frame that was cut off would swallow the one that follows.
     std::array<std::uint8_t, 1 + mcu::kWireBytes> wire{};
     mcu::encode(frame, wire.data() + 1);
@@ -80,6 +90,7 @@ class McuAxis {
     }
   }
   const SerialCounters& counters() const noexcept { return counters_; }
+  const LineAge& line() const noexcept { return line_; }
   mcu::State state() const noexcept { return state_; }
   const mcu::SlowValues& slow() const noexcept { return slow_; }
 
@@ -100,10 +111,19 @@ class McuAxis {
     sensed_.x[0] = mcu::angle_rad(telemetry);
     sensed_.f[0] = mcu::torque_nm(telemetry);
     slow_.take(telemetry);
+    line_.take(telemetry, slow_.firmware() >= LineAge::kTells);
     const mcu::SlowPage page = mcu::slow_page(telemetry.seq);
     if (page == mcu::SlowPage::kCurrent) sensed_.device.motor_current = slow_.motor_current_a();
     if (page == mcu::SlowPage::kTemperatureC) sensed_.device.surface_temperature = slow_.temperature_c();
     if (page == mcu::SlowPage::kFaults) sensed_.device.fault = fault_of(slow_.faults());
+  }
+
+  void tell_line() noexcept {
+    counters_.age_s = line_.age_s();
+    if (std::isfinite(line_.need_s())) counters_.need_s = line_.need_s();
+    counters_.most_age_s = line_.most_s();
+    counters_.warned = line_.warned();
+    counters_.warns = line_.warns();
   }
 
   static mcu::Mode mode_of(const Io::Command& command) noexcept {
@@ -122,10 +142,10 @@ class McuAxis {
 
   mcu::FrameDecoder decoder_;
   SerialCounters counters_;
+  LineAge line_;
   Io::Sensed sensed_;
   mcu::State state_ = mcu::State::kSafe;
   mcu::SlowValues slow_;
-  std::uint32_t seq_ = 0;
   std::uint8_t telemetry_seq_ = 0;
   double heard_s_ = 0.0, read_s_ = 0.0, asked_since_s_ = 0.0;
   mcu::Mode asked_ = mcu::Mode::kSafe;

@@ -213,6 +213,9 @@ std::string counters_table(const Session& session) {
       {"serial frames sent", &StationCounters::serial_sent},
       {"serial frames received", &StationCounters::serial_received},
       {"serial CRC errors", &StationCounters::serial_crc_errors},
+      {"serial line: command and echo, least (us)", &StationCounters::serial_need_us},
+      {"serial line: command and echo, most (us)", &StationCounters::serial_most_us},
+      {"serial echoes 10 ms late", &StationCounters::serial_warned},
   };
   std::string out =
       "<table><tr><th>counted by the stations</th><th class=\"n\">master</th><th class=\"n\">slave</th></tr>\n";

@@ -69,6 +69,9 @@ void encode(const StationCounters& counters, record::Counters& message) {
   message.set_serial_crc_errors(counters.serial_crc_errors);
   message.set_serial_sent(counters.serial_sent);
   message.set_serial_received(counters.serial_received);
+  message.set_serial_need_us(counters.serial_need_us);
+  message.set_serial_most_us(counters.serial_most_us);
+  message.set_serial_warned(counters.serial_warned);
   message.set_record_overflow(counters.record_overflow);
   message.set_record_unwritten(counters.record_unwritten);
   message.set_rejected_foreign(counters.rejected_foreign);
@@ -146,6 +149,9 @@ StationCounters decode(const record::Counters& message) {
   counters.serial_crc_errors = message.serial_crc_errors();
   counters.serial_sent = message.serial_sent();
   counters.serial_received = message.serial_received();
+  counters.serial_need_us = message.serial_need_us();
+  counters.serial_most_us = message.serial_most_us();
+  counters.serial_warned = message.serial_warned();
   counters.record_overflow = message.record_overflow();
   counters.record_unwritten = message.record_unwritten();
   counters.rejected_foreign = message.rejected_foreign();

@@ -48,7 +48,14 @@ std::string format_live_status(const LiveStatus& s) {
                 "%7.1f s  %-9s  x_m %+7.3f  x_s %+7.3f rad  f_m %+7.3f  f_s %+7.3f N m  RTT %s ms  loss %s %%", s.t_s,
                 name_of(s.state), s.x_m_rad, s.x_s_rad, s.f_m_nm, s.f_s_nm,
                 number_or_dash("%.1f", 1e3 * s.rtt_s).c_str(), number_or_dash("%.1f", 1e2 * s.loss_share).c_str());
-  return text + count_text("dropped", s.dropped) + count_text("not sent", s.unsent) +
+  std::string line;
+  if (std::isfinite(s.line_s)) {
+    char shown[40];
+    std::snprintf(shown, sizeof shown, "  line %.1f ms%s", 1e3 * s.line_s, s.line_lags ? " LAGS" : "");
+    line = shown;
+  }
+  if (s.line_slow) line.append("  ").append(kLineSlowSentence);
+  return text + line + count_text("dropped", s.dropped) + count_text("not sent", s.unsent) +
          limits_text("therapist", s.therapist_limits) + limits_text("patient", s.patient_limits);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -17,11 +18,19 @@ struct LiveStatus {
   StationState state = StationState::kOff;
   double x_m_rad = 0, x_s_rad = 0;
   double f_m_nm = 0, f_s_nm = 0;
-  double rtt_s = 0;                                        // NaN while unknown
-  double loss_share = 0;                                   // of the packets from the peer, 0..1; NaN while unknown
+  double rtt_s = 0;       // NaN while unknown
+  double loss_share = 0;  // of the packets from the peer, 0..1; NaN while unknown
+  double line_s =
+      std::numeric_limits<double>::quiet_NaN();            // of a command on the serial line and its echo; NaN without
+  bool line_lags = false;                                  // that is 10 ms more than the line needs
+  bool line_slow = false;                                  // it was refused for what it needs
   std::uint32_t therapist_limits = 0, patient_limits = 0;  // LimitBit, those that are near too
   std::uint64_t dropped = 0, unsent = 0;                   // datagrams that were not taken, and that did not leave
 };
+
+inline constexpr const char* kLineSlowSentence =
+    "the serial line takes more than 8 ms for a command and its echo, or the MCU does not tell (firmware below 5): set "
+    "the latency timer of the adapter to 1 ms (FTDI: /sys/bus/usb-serial/devices/ttyUSB*/latency_timer)";
 
 std::string format_live_status(const LiveStatus& status);
 

@@ -121,6 +121,10 @@ void StationLoop::show(double t_s) noexcept {
   const StationCounters totals = counted();
   s.dropped = dropped(totals);
   s.unsent = totals.send_failed;
+  const SerialCounters serial = side_.serial_counters();
+  s.line_s = serial.age_s > 0 ? serial.age_s : unknown;
+  s.line_lags = serial.warns;
+  s.line_slow = trace.reason == Reason::kLineSlow;
   ports_.status->show(s);
 }
 
@@ -154,6 +158,9 @@ StationCounters StationLoop::counted() const noexcept {
   total.serial_sent = serial.sent;
   total.serial_received = serial.received;
   total.serial_crc_errors = serial.crc_errors;
+  total.serial_need_us = static_cast<std::uint64_t>(std::lround(1e6 * serial.need_s));
+  total.serial_most_us = static_cast<std::uint64_t>(std::lround(1e6 * serial.most_age_s));
+  total.serial_warned = serial.warned;
   return total;
 }
 
@@ -168,6 +175,7 @@ int exit_code(const RunStats& stats, const Side& side, const PeerLink& link) {
   }
   if (side.trace().state == StationState::kFault) {
     std::fprintf(stderr, "ended in a fault: %s\n", name_of(side.trace().reason));
+    if (side.trace().reason == Reason::kLineSlow) std::fprintf(stderr, "%s\n", kLineSlowSentence);
     if (side.trace().reason == Reason::kAnotherAxis)
       std::fprintf(stderr, "identified: %s\n", name_of(side.trace().misfit));
     return kExitFailed;

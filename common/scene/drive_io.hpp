@@ -15,6 +15,14 @@ enum class DeviceFault : std::uint8_t {
   kSpring    // its spring's torque is not what the encoders on both ends of the spring say
 };
 
+// What the line to a device needs for a command there and its echo back.
+enum class LineQuality : std::uint8_t {
+  kGood,
+  kUnknown,  // not yet measured, or the device does not tell
+  kSlow,     // by itself, from the start
+  kLags      // and did not at first
+};
+
 // What a device tells besides, slowly, where it can.
 struct DeviceReadings {
   DeviceFault fault = DeviceFault::kNone;
@@ -46,6 +54,7 @@ struct ReferenceIo {
     bool valid = false;               // false: no fresh telemetry, or the device is in a fault
     int periods = 1;                  // of the device, since the reading before; 0: that one again
     bool at_rest = true;              // the device says that it follows nothing
+    LineQuality line = LineQuality::kGood;
     DeviceReadings device = {};
     bool finite() const noexcept { return x.allFinite() && f.allFinite(); }
   };

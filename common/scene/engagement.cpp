@@ -9,7 +9,7 @@ using S = Circumstances;
 
 bool act(const S& s, OperatorAct one) noexcept { return s.in.act == one; }
 bool peer(const S& s, StateSet states) noexcept { return s.in.peer_alive && states.has(s.in.peer); }
-bool tested(const S& s) noexcept { return s.sound >= s.params.self_test; }
+bool tested(const S& s) noexcept { return s.sound >= s.params.self_test && s.in.line == LineQuality::kGood; }
 bool knows_angle(const S& s) noexcept { return s.homed || !s.params.homing; }
 
 // The leader (therapist) engages by an operator's act. The follower (patient) engages only on the *edge* of a leader
@@ -32,6 +32,9 @@ constexpr Transition kTransitions[] = {
     // The device.
     {{kHoming, kIdentifying}, kFault, Reason::kDeviceLost, kEither, "the device is lost",
      [](const S& s) noexcept { return !s.in.device_valid; }},
+    {StateSet::all_but({kOff, kHoming, kIdentifying, kFault, kStopped}), kOff, Reason::kLineLags, kEither,
+     "commands and their echoes take 20 ms longer than the line needs",
+     [](const S& s) noexcept { return s.in.line == LineQuality::kLags; }},
     {StateSet::all_but({kOff, kHoming, kIdentifying, kFault, kStopped}), kOff, Reason::kDeviceLost, kEither, "the device is lost",
      [](const S& s) noexcept { return !s.in.device_valid; }},
     {{kOff}, kSelfTest, Reason::kDeviceFound, kEither, "the device answers",
@@ -42,6 +45,9 @@ constexpr Transition kTransitions[] = {
      [](const S& s) noexcept { return tested(s) && !knows_angle(s) && act(s, OperatorAct::kHome); }},
     {{kSelfTest}, kFault, Reason::kOutOfRange, kEither, "not sound within 1 s: a reading is out of range",
      [](const S& s) noexcept { return !tested(s) && s.here > s.params.self_test_limit && !s.in.in_range; }},
+    {{kSelfTest}, kFault, Reason::kLineSlow, kEither,
+     "not sound within 1 s: the line to the device takes more than 8 ms, or its MCU does not tell",
+     [](const S& s) noexcept { return !tested(s) && s.here > s.params.self_test_limit && s.in.line != LineQuality::kGood; }},
     {{kSelfTest}, kFault, Reason::kNotAtRest, kEither, "not sound within 1 s: the device gives torque",
      [](const S& s) noexcept { return !tested(s) && s.here > s.params.self_test_limit; }},
     {{kHoming, kIdentifying}, kFault, Reason::kOperator, kEither, "any act on this side but `stop`",

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "common/scene/drive_io.hpp"
 #include "common/scene/states.hpp"
 
 namespace farhand {
@@ -22,11 +23,12 @@ enum class HomingProgress : std::uint8_t { kUnderway, kBlocked, kDone };
 enum class IdentifyingProgress : std::uint8_t { kUnderway, kBlocked, kAnother, kAsSaid };
 
 struct EngagementInputs {
-  OperatorAct act = OperatorAct::kNone;  // of this side
-  bool device_valid = true;              // own device can be read and obeys
-  bool finite = true;                    // its readings are numbers,
-  bool in_range = true;                  // such as this device can give
-  bool at_rest = true;                   // no torque is commanded, and the device says that it gives none
+  OperatorAct act = OperatorAct::kNone;   // of this side
+  bool device_valid = true;               // own device can be read and obeys
+  bool finite = true;                     // its readings are numbers,
+  bool in_range = true;                   // such as this device can give
+  bool at_rest = true;                    // no torque is commanded, and the device says that it gives none
+  LineQuality line = LineQuality::kGood;  // of the line to the device
   HomingProgress homing = HomingProgress::kUnderway;
   IdentifyingProgress identifying = IdentifyingProgress::kUnderway;
   std::optional<Reason> guard_fault;  // what the guard of the patient's side finds wrong

@@ -39,7 +39,9 @@ enum class Reason : std::uint8_t {
   kShaken,
   kIdentified,
   kAnotherAxis,
-  kTherapistLimit
+  kTherapistLimit,
+  kLineLags,
+  kLineSlow
 };
 
 class StateSet {
@@ -118,7 +120,9 @@ constexpr const char* name_of(Reason reason) noexcept {
                                     "shaken",
                                     "identified",
                                     "axis is not as the scene says",
-                                    "therapist's limit"};
+                                    "therapist's limit",
+                                    "serial line lags by 20 ms",
+                                    "serial line takes over 8 ms: see its latency timer"};
   return kNames[static_cast<int>(reason)];
 }
 constexpr const char* name_of(Asks asks) noexcept {

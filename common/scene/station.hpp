@@ -174,6 +174,7 @@ class Station {
     in.finite = !sensed.valid || sensed.finite();
     in.in_range = params_.engagement.homing || in_range();
     in.at_rest = scene_.drive.at_rest(sensed);
+    if constexpr (requires { sensed.line; }) in.line = sensed.line;
     in.homing = homing_.progress();
     if (identifying_ != nullptr) in.identifying = identifying_->progress();
     in.peer_alive = !receiver_.take_lapse() && peer_known && receiver_.alive(now);

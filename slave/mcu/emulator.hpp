@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "common/plant/world.hpp"
 #include "slave/mcu/mcu_params.hpp"
@@ -147,6 +148,14 @@ class OrthosisOnSerial {
 
   void send(const std::uint8_t* bytes, std::size_t count, Nanoseconds now) noexcept { to_mcu_.send(bytes, count, now); }
   void drop_unsent(Nanoseconds now) noexcept { to_mcu_.drop_unsent(now); }
+  // Where the emulator's own time stood still the cable's did not: what waits there, and these bytes, have arrived, so
+  // that the newest command is what the MCU acts on.
+  void catch_up(std::span<const std::uint8_t> bytes) noexcept {
+    std::uint8_t byte = 0;
+    while (to_mcu_.take(byte)) emulator_.receive(byte);
+    for (const std::uint8_t one : bytes) emulator_.receive(one);
+  }
+  std::size_t waiting() const noexcept { return to_mcu_.waiting(); }
   bool receive(Nanoseconds now, std::uint8_t& byte) noexcept { return to_pc_.receive(now, byte); }
 
   // All MCU loops up to and including `now`.

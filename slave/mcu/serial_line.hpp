@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "common/device/mcu_frame.hpp"
 #include "common/signal/joints.hpp"
@@ -40,6 +41,10 @@ class SerialLine {
       --waiting_;
     }
   }
+
+  // The next byte, whether it has arrived or not.
+  bool take(std::uint8_t& byte) noexcept { return receive(std::numeric_limits<Nanoseconds>::max(), byte); }
+  std::size_t waiting() const noexcept { return waiting_; }
 
   // The next byte that has arrived by now.
   bool receive(Nanoseconds now, std::uint8_t& byte) noexcept {

@@ -61,21 +61,25 @@ class FaultRig::Port {
   explicit Port(FaultRig& rig) : rig_(rig) {}
 
   std::size_t read(std::span<std::uint8_t> bytes, double /*t_s*/) noexcept {
-    OrthosisOnSerial& orthosis = *rig_.orthosis_;
-    orthosis.advance(rig_.now);
+    rig_.carry_from_mcu();
     std::size_t count = 0;
-    while (count < bytes.size() && orthosis.receive(rig_.now, bytes[count])) ++count;
+    for (auto& waiting = rig_.from_mcu_; count < bytes.size() && !waiting.empty() && waiting.front().due <= rig_.now;) {
+      bytes[count++] = waiting.front().value;
+      waiting.pop_front();
+    }
     for (std::size_t k = 0; k < count; ++k) bytes[k] = carried(bytes[k]);
     return rig_.cable.from_mcu && rig_.cable.plugged ? count : 0;
   }
   bool write(std::span<const std::uint8_t> bytes, double /*t_s*/) noexcept {
     for (std::uint8_t byte : bytes) {
       byte = carried(byte);
-      if (rig_.cable.to_mcu && rig_.cable.plugged) rig_.orthosis_->send(&byte, 1, rig_.now);
+      if (rig_.cable.to_mcu && rig_.cable.plugged) rig_.to_mcu_.push_back({rig_.now + rig_.cable.lag_to_mcu, byte});
     }
+    rig_.carry_to_mcu();
     return rig_.cable.plugged;
   }
-  void drop_unsent(double /*t_s*/) noexcept { rig_.orthosis_->drop_unsent(rig_.now); }
+  // What the adapter has, or what lags, cannot be called back.
+  void drop_unsent(double /*t_s*/) noexcept { rig_.orthosis_->drop_unsent(rig_.mcu_time(rig_.now)); }
   bool lost() noexcept { return !rig_.cable.plugged; }
 
   Truth truth() const noexcept {
@@ -145,6 +149,28 @@ void FaultRig::break_spring() {
   orthosis_->emulator().replace_world(params);
 }
 
+Nanoseconds FaultRig::mcu_time(Nanoseconds t) const noexcept {
+  return cable.mcu_clock == 1.0 ? t : static_cast<Nanoseconds>(static_cast<double>(t) * cable.mcu_clock);
+}
+
+// Bytes keep their order, also when the lag shrinks.
+void FaultRig::carry_to_mcu() {
+  for (; !to_mcu_.empty() && to_mcu_.front().due <= now; to_mcu_.pop_front()) {
+    orthosis_->send(&to_mcu_.front().value, 1, mcu_time(to_mcu_.front().due));
+  }
+}
+
+void FaultRig::carry_from_mcu() {
+  carry_to_mcu();
+  orthosis_->advance(mcu_time(now));
+  std::uint8_t byte = 0;
+  while (orthosis_->receive(mcu_time(now), byte)) collected_.push_back({now + cable.lag_from_mcu, byte});
+  if (collected_.size() < cable.collects && now - sent_on_ < cable.latency_timer) return;
+  sent_on_ = now;
+  from_mcu_.insert(from_mcu_.end(), collected_.begin(), collected_.end());
+  collected_.clear();
+}
+
 OrthosisEmulator* FaultRig::orthosis() noexcept { return orthosis_ != nullptr ? &orthosis_->emulator() : nullptr; }
 
 void FaultRig::tick() {
@@ -154,7 +180,10 @@ void FaultRig::tick() {
   }
   run(master, forward, act);
   run(slave, backward, patient_act);
-  if (orthosis_ != nullptr) orthosis_->advance(now);
+  if (orthosis_ != nullptr) {
+    carry_to_mcu();
+    orthosis_->advance(mcu_time(now));
+  }
 }
 
 void FaultRig::deliver(Process& process) {

@@ -43,6 +43,12 @@ struct Process {
 struct Cable {
   bool from_mcu = true, to_mcu = true, plugged = true;
   double noise = 0;  // share of the bytes that are damaged, both ways
+  // What an adapter, a driver or a throttled line does: bytes come later, in order. The adapter sends what it collected
+  // from the MCU when its latency timer is over, or once it has so many bytes.
+  Nanoseconds lag_to_mcu = 0, lag_from_mcu = 0;
+  Nanoseconds latency_timer = 0;
+  std::size_t collects = 62;
+  double mcu_clock = 1.0;  // its rate
   std::mt19937_64 dice{1};
 };
 
@@ -84,7 +90,17 @@ class FaultRig {
   std::unique_ptr<Side> make_slave();
 
   scene::Scene scene_;
+  struct Byte {
+    Nanoseconds due;
+    std::uint8_t value;
+  };
+  void carry_to_mcu();
+  void carry_from_mcu();
+  Nanoseconds mcu_time(Nanoseconds t) const noexcept;
+
   std::unique_ptr<OrthosisOnSerial> orthosis_;
+  std::deque<Byte> to_mcu_, from_mcu_, collected_;
+  Nanoseconds sent_on_ = 0;  // by the adapter
   std::unique_ptr<Link> link_;
   std::uint32_t sessions_ = 0;
 };

@@ -1,4 +1,5 @@
 // The rows of the matrix on the patient's side: the serial cable, the orthosis with its MCU and sensors, encoders.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/lab/fault_expectations.hpp"
@@ -15,6 +16,26 @@ void add_serial(Catalogue& all) {
   all.add(
       "nothing to the MCU", {At::kFree, At::kContact, At::kHolding}, [](R& r, N s) { r.cable.to_mcu = !during(s); },
       [](At at) { return device_lost(at, kMcu + kCableMs, kMcu); });
+  // A line that lags by 20 ms more than it needs is known 50 ms later. Where commands cease meanwhile the MCU lets go.
+  constexpr double kPassed = 20, kKnown = 50;
+  const auto late = [](N Cable::*way) {
+    return [way](R& r, N s) { r.cable.*way = during(s, kSecond / 2) ? 40 * kMillisecond : 0; };
+  };
+  all.add("commands 40 ms late for half a second", kAtWork, late(&Cable::lag_to_mcu),
+          [](At at) { return device_lost(at, kPassed + kKnown, kMcu); });
+  all.add("telemetry 40 ms late for half a second", {At::kFree, At::kContact, At::kHolding}, late(&Cable::lag_from_mcu),
+          [](At at) { return device_lost(at, kPassed + kKnown, kPassed + kKnown + kStop); });
+  const auto later_and_later = [](N Cable::*way) {
+    return [way](R& r, N s) { r.cable.*way = std::min(s / 10, 60 * kMillisecond); };
+  };
+  constexpr double kGrown = 200 + kKnown, kThere = 25;  // when the lag is 20 ms; what it is at most once that is known
+  const auto too_slow = [](double let_go_ms) {
+    return [=](At at) { return with(sensor_wrong(at, Reason::kLineSlow, kGrown, let_go_ms), Remedy::kRepair); };
+  };
+  all.add("commands ever later, up to 60 ms", kAtWork, later_and_later(&Cable::lag_to_mcu),
+          too_slow(kGrown + kThere + kStop));
+  all.add("telemetry ever later, up to 60 ms", kAtWork, later_and_later(&Cable::lag_from_mcu),
+          too_slow(kGrown + kStop));
   const auto noise = [](double share) { return [share](R& r, N s) { r.cable.noise = during(s) ? share : 0; }; };
   all.add("serial: 2 % of the bytes damaged", kAtWork, noise(0.02), rides);
   all.add("serial: nothing but garbage", {At::kReady, At::kFree, At::kContact}, noise(1),

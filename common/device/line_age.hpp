@@ -1,0 +1,101 @@
+// How long a command and its echo are under way on a serial line, by the PC's clock alone. The MCU tells the number of
+// the newest command that it has; how long the oldest one that it does not have has been on its way is the age of the
+// line, both directions in one. A host that was late itself is not a line that lags: what waited for it may have come
+// at any time since it looked last.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "common/device/mcu_frame.hpp"
+#include "common/scene/drive_io.hpp"
+
+namespace farhand {
+
+class LineAge {
+ public:
+  static constexpr double kMost = 0.008;     // s, of the line's own need: more is refused in Self-test
+  static constexpr double kWarned = 0.010;   // s, beyond its need
+  static constexpr double kTooOld = 0.020;   // s, beyond its need
+  static constexpr std::uint8_t kTells = 5;  // the first firmware that tells numbers
+
+  // The number of the command that is sent now.
+  std::uint16_t send(double t_s) noexcept {
+    sent_s_[sent_ % kKept] = t_s;
+    return static_cast<std::uint16_t>(sent_++ % mcu::kNumbers);
+  }
+
+  // Between begin and end: each frame that waited. tells: its MCU tells numbers.
+  void begin(double t_s) noexcept {
+    gap_s_ = t_s - read_s_;
+    late_ = gap_s_ > 1.5 * kPeriod;
+    // What was sent before the gap may have left as late as this loop came back.
+    if (late_ && sent_ > 0) sent_s_[(sent_ - 1) % kKept] = t_s - kPeriod, moved_ = sent_;
+    frames_ = after_ = 0;
+    echoed_ = false;
+  }
+  void take(const mcu::Telemetry& telemetry, bool tells) noexcept {
+    ++frames_, ++after_;
+    const mcu::SlowPage page = mcu::slow_page(telemetry.seq);
+    if (page == mcu::SlowPage::kNumberHigh) high_ = telemetry.slow, high_seq_ = telemetry.seq;
+    if (page != mcu::SlowPage::kNumberLow || !tells || telemetry.seq != high_seq_ + 1) return;
+    // The low bits are a frame newer than the high ones: the first number from there on that ends so.
+    const unsigned at_least = high_ * 16u;
+    const unsigned number = at_least + ((telemetry.slow - at_least) & 255u);
+    const std::uint64_t behind = (sent_ - 1 - number) % mcu::kNumbers;
+    if (behind >= sent_) return;  // never sent by this program
+    behind_ = behind, after_ = 0, echoed_ = true;
+  }
+  // True if the age was measured.
+  bool end(double t_s) noexcept {
+    read_s_ = t_s;
+    if (!echoed_) return false;
+    const std::uint64_t newest = sent_ - 1 - behind_;
+    const double under_way_since = behind_ > 0 ? sent_s_[(sent_ - std::min(behind_, kKept)) % kKept] : t_s;
+    // An adapter that collects frames delays them by half a collection in the mean, whichever the echo was in.
+    const double shift = late_ ? 0.0 : kPeriod * (0.5 * (frames_ - 1) - after_);
+    const double arrived = late_ ? t_s - gap_s_ + kPeriod : t_s;
+    age_s_ = kPeriod + std::max(0.0, std::max(0.0, arrived - under_way_since) + shift);
+    most_s_ = std::max(most_s_, age_s_);
+    // From above, so that a pause of the host makes no line look quicker than it is.
+    if (!late_ && behind_ < kKept && newest + 1 != moved_) {
+      need_s_ = std::min(need_s_, std::max(kPeriod, t_s - sent_s_[newest % kKept] + shift));
+    } else if (behind_ >= kKept) {
+      need_s_ = std::min(need_s_, age_s_);
+    }
+    if (age_s_ > need_s_ + kWarned) ++warned_;
+    return true;
+  }
+
+  LineQuality quality() const noexcept {
+    if (need_s_ == kUnknown) return LineQuality::kUnknown;
+    if (age_s_ > need_s_ + kTooOld) return LineQuality::kLags;
+    return need_s_ > kMost ? LineQuality::kSlow : LineQuality::kGood;
+  }
+  bool warns() const noexcept { return need_s_ != kUnknown && age_s_ > need_s_ + kWarned; }
+
+  // The line's own need is measured anew.
+  void forget() noexcept { need_s_ = kUnknown; }
+
+  double age_s() const noexcept { return age_s_; }    // of the last echo; 0 before the first
+  double need_s() const noexcept { return need_s_; }  // the least; infinite while unknown
+  double most_s() const noexcept { return most_s_; }
+  std::uint64_t warned() const noexcept { return warned_; }  // echoes that were more than kWarned beyond the need
+
+ private:
+  static constexpr double kPeriod = 0.001;      // s, from frame to frame
+  static constexpr std::uint64_t kKept = 1024;  // commands; of an older one only that it is older
+  static constexpr double kUnknown = std::numeric_limits<double>::infinity();
+
+  std::array<double, kKept> sent_s_{};
+  std::uint64_t sent_ = 0, behind_ = 0, moved_ = 0, warned_ = 0;
+  std::uint8_t high_ = 0, high_seq_ = 255;
+  int frames_ = 0, after_ = 0;
+  bool late_ = false, echoed_ = false;
+  double read_s_ = 0.0, gap_s_ = 0.0;
+  double age_s_ = 0.0, need_s_ = kUnknown, most_s_ = 0.0;
+};
+
+}  // namespace farhand
