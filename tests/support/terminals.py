@@ -119,11 +119,21 @@ class Station:
     def __getattr__(self, name):
         return getattr(self.terminal, name)
 
-    def pid_of_program(self):
+    def programs(self):
+        """The pids of those that run. A child of the shell is none before it has become the program."""
         children = pathlib.Path(f"/proc/{self.terminal.pid}/task/{self.terminal.pid}/children").read_text().split()
-        programs = [int(pid) for pid in children if b"farhand-" in pathlib.Path(f"/proc/{pid}/cmdline").read_bytes()]
-        assert len(programs) == 1, programs
-        return programs[0]
+        found = []
+        for pid in children:
+            try:
+                if b"farhand-" in pathlib.Path(f"/proc/{pid}/cmdline").read_bytes():
+                    found.append(int(pid))
+            except OSError:  # it has ended meanwhile
+                pass
+        return found
+
+    def pid_of_program(self):
+        assert comes_true(lambda: len(self.programs()) == 1), self.programs()
+        return self.programs()[0]
 
     def asked_for(self, act):
         """From the recording, once the program has ended."""
@@ -131,10 +141,11 @@ class Station:
         return name.read_bytes().count(f"operator: {act}".encode())
 
     def end(self):
-        try:
-            os.kill(self.pid_of_program(), signal.SIGKILL)
-        except (AssertionError, OSError):
-            pass
+        for pid in self.programs():
+            try:
+                os.kill(pid, signal.SIGKILL)
+            except OSError:  # it has ended meanwhile
+                pass
         self.terminal.close()
         self.directory.cleanup()
 
