@@ -191,7 +191,7 @@ TEST(PersonBound, AccelerationAskedForEndsAtTheLimitsOfAnAxisThatDoesWhatItIsAsk
     Motion<1> local;
     for (int k = 0; k < 2000; ++k) {
       local.f[0] = draw(0, 1) < 0.9 ? 0.0 : draw(-3, 3);
-      const J1 a = bound.step(J1(draw(0, 1) < 0.5 ? 1e4 : draw(-1e4, 1e4)), local, local.f, local.f, 1);
+      const J1 a = bound.step(J1(draw(0, 1) < 0.5 ? 1e4 : draw(-1e4, 1e4)), local, local.f, local.f);
       ASSERT_LE(std::abs(a[0]), gate.acceleration);
       local.v += kDt * a;
       local.x += kDt * local.v;
@@ -200,7 +200,7 @@ TEST(PersonBound, AccelerationAskedForEndsAtTheLimitsOfAnAxisThatDoesWhatItIsAsk
       ASSERT_GE(local.x[0], gate.range_min - 1e-3);
     }
     TorqueGate<1> last(gate, kDt);
-    EXPECT_EQ(last.pass(bound.step(J1(kNan), local, local.f, local.f, 1), J1(0.0))[0], 0.0);
+    EXPECT_EQ(last.pass(bound.step(J1(kNan), local, local.f, local.f), J1(0.0))[0], 0.0);
   }
 }
 
@@ -212,7 +212,7 @@ TEST(PersonBound, SpeedIsBoundedByPowerOverWhatResists) {
     Motion<1> local;
     local.f[0] = f;
     for (int k = 0; k < 1000; ++k) {
-      local.v += kDt * bound.step(J1(1e3), local, local.f, local.f, 1);
+      local.v += kDt * bound.step(J1(1e3), local, local.f, local.f);
       local.x += kDt * local.v;
     }
     EXPECT_NEAR(local.v[0], 2 / (f + 0.1), 1e-3);
@@ -230,7 +230,7 @@ TEST(PersonBound, WhatIsFarFromEveryLimitPassesToTheBit) {
     local.v[0] = draw(-1, 1);
     local.f[0] = draw(-0.5, 0.5);
     const J1 asked(draw(-40, 40));
-    ASSERT_EQ(bound.step(asked, local, local.f, local.f, 1)[0], asked[0]);
+    ASSERT_EQ(bound.step(asked, local, local.f, local.f)[0], asked[0]);
     ASSERT_EQ(bound.active(), 0u);
   }
 }

@@ -233,6 +233,8 @@ StationParams master_station_params(const scene::Scene& scene, std::uint32_t ses
   p.scene.drive.person.speed *= kUntilItIsSure;
   p.scene.drive.person.free = true;
   p.guard.plausibility = plausibility_of_master(scene, p.scene.drive);
+  p.scene.drive.resolution = p.guard.plausibility.resolution;
+  p.scene.drive.stiffest_nm_per_rad = p.guard.plausibility.hand_stiffness;
   p.guard.oscillation = {.limit = scene.master().limits().shaking_limit_rad_s(),
                          .resolution = p.identifying.resolution,
                          .dt_s = scene.tick_s()};
@@ -248,6 +250,8 @@ StationParams slave_station_params(const scene::Scene& scene, std::uint32_t sess
   p.identifying.resolution = count_rad(scene.slave().motor().encoder_counts_per_rev());
   p.guard.limits = patient_limits(scene.slave());
   p.guard.plausibility = plausibility_of_slave(scene, p.scene.drive);
+  p.scene.drive.resolution = p.guard.plausibility.resolution;
+  p.scene.drive.stiffest_nm_per_rad = p.guard.plausibility.hand_stiffness;
   p.guard.oscillation = {
       .limit = scene.slave().shaking_limit_rad_s(), .resolution = count_rad(scene), .dt_s = scene.tick_s()};
   return p;

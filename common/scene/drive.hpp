@@ -7,6 +7,7 @@
 #include "common/control/limits.hpp"
 #include "common/control/person_bound.hpp"
 #include "common/observer/rtob.hpp"
+#include "common/observer/stuck_reading.hpp"
 #include "common/scene/drive_io.hpp"
 #include "common/scene/params.hpp"
 #include "common/signal/derivative.hpp"
@@ -28,6 +29,8 @@ class DirectDrive {
         derivative_(p.g_v, p.dt_s),
         dob_(p.model.J_n, p.g_dis, p.dt_s),
         rtob_(p.model, p.g_reac, p.dt_s),
+        stuck_(p.resolution, p.stiffest_nm_per_rad / p.model.J_n, p.g_v, p.g_dis, p.dt_s),
+        moving_{derivative_, dob_, rtob_},
         bound_(p.person, p.gate, p.model.J_n, p.K.K_f, p.dt_s),
         gate_(p.gate, p.dt_s),
         rise_(p.dt_s / p.take_over_s),
@@ -59,11 +62,22 @@ class DirectDrive {
   std::uint32_t spared() const noexcept { return limits_; }
 
  private:
+  // What was not seen for so many ticks is taken to have been even.
+  Motion<N> along(const Joints<N>& x, int ticks) noexcept;
+
   AxisModel model_;
   FourChannelGains K_;
   Derivative<N> derivative_;
   Dob<N> dob_;
   Rtob<N> rtob_;
+  StuckReading<N> stuck_;
+  struct Observers {
+    Derivative<N> derivative;
+    Dob<N> dob;
+    Rtob<N> rtob;
+  };
+  Observers moving_;  // as they were when the reading came to stand
+  int unseen_ = 0;    // ticks for which the reading was stuck
   PersonBound<N> bound_;
   TorqueGate<N> gate_;
   std::uint32_t limits_ = 0;             // of the bound, where it counts

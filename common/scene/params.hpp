@@ -21,7 +21,9 @@ struct DriveParams {
   Cutoff g_v = Cutoff::rad_s(500.0);
   GateParams gate;
   PersonBoundParams person;
-  double take_over_s = 0.5;  // the law's share of the torque rises from 0 to 1 in this time
+  double resolution = 3.2e-4;       // rad: one count of the encoder
+  double stiffest_nm_per_rad = 30;  // that the axis may meet
+  double take_over_s = 0.5;         // the law's share of the torque rises from 0 to 1 in this time
   double dt_s = 1e-3;
 };
 

@@ -32,6 +32,8 @@ class Derivative {
   }
 
   const Joints<N>& value() const noexcept { return v_; }
+  // The position of the last step or reset.
+  Joints<N> last() const noexcept { return y_ + v_ * (dt_s_ / a_ - dt_s_); }
 
  private:
   double dt_s_;

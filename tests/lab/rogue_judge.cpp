@@ -140,7 +140,10 @@ void Judge::see_windows(double energy_j) {
 }
 
 void Judge::see_let_go(const AtPerson& now, double power) {
-  if (now.commanded != 0) torque_off_from_ = now.body;
+  if (now.commanded != 0) {
+    torque_off_from_ = now.body;
+    reference_known_ = false;
+  }
   const double speed = std::fabs(now.body.v);
   const double speed_anyway = 1.1 * allowed_.speed, power_anyway = 1.1 * allowed_.power;
   if (speed <= speed_anyway && power <= power_anyway) {
@@ -148,7 +151,7 @@ void Judge::see_let_go(const AtPerson& now, double power) {
     meet(Line::kPowerLetGo, power, power_anyway);
     return;
   }
-  if (!reference_known_ || now.commanded != 0) {
+  if (!reference_known_) {
     const LetGo then = let_go(allowed_.body, let_go_from_), off = let_go(allowed_.body, torque_off_from_);
     reference_ = {std::max(then.speed, off.speed), std::max(then.power, off.power)};
     reference_known_ = true;
@@ -164,7 +167,8 @@ void Judge::see(const TickTrace<1>& now, double t_s) {
     const bool changed = now.state != was.state;
     const bool looks = changed || (changed_ && now.state != StationState::kEngaged);
     if (looks && drives(now.state)) {
-      const auto allowed = [&](double v) { return std::clamp(v, -allowed_.speed, allowed_.speed); };
+      const double late = stood_ ? 2 : 1;
+      const auto allowed = [&](double v) { return late * std::clamp(v, -allowed_.speed, allowed_.speed); };
       meet(Line::kJump,
            unexplained_step(now.target.x[0] - was.target.x[0], dt,
                             {was.local.v[0], now.local.v[0], allowed(was.target.v[0]), allowed(now.target.v[0]),
@@ -173,6 +177,7 @@ void Judge::see(const TickTrace<1>& now, double t_s) {
     }
     if (changed && now.state == StationState::kHolding) x_hold_ = now.local.x[0];
     changed_ = changed;
+    stood_ = now.remote.x[0] == was.remote.x[0];
     if (now.state == StationState::kEngaged) engaged_s_ += dt;
     if (now.state == StationState::kHolding && t_s > last_packet_s_ + kPressedAfter) {
       meet(Line::kPressed, std::fabs(before_.torque), allowed_.hold_spring * std::fabs(x_hold_ - before_.body.x) + 0.1);

@@ -119,6 +119,7 @@ class Judge {
 
   TickTrace<1> trace_before_;
   bool traced_ = false, changed_ = false;
+  bool stood_ = false;  // what the peer tells: one packet was late, and the next brings the way of two
   double trace_t_s_ = 0, engaged_s_ = 0, x_hold_ = 0;
   double last_packet_s_ = 1e9;
 };
