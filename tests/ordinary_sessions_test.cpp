@@ -16,6 +16,7 @@
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <span>
 #include <sstream>
 #include <thread>
 
@@ -28,20 +29,24 @@ namespace {
 using Sets = std::vector<std::string>;
 using Line = std::vector<std::string>;
 
-// Leaves its range as it is, which a guard may come to mend.
-// What the bounds at the hand and at the therapist change, and what may change: passivity of two channels left its
-// range before; sessions near the limits are asked to follow, below; swings of 3.6 rad/s on a soft spastic hand meet
-// the therapist's own limit.
+// What the bounds at the two persons may change. Passivity of two channels left its range before. Sessions near the
+// limits are asked to follow, below. Fast swings on a spastic hand follow badly over these architectures: they
+// overshoot into the therapist's range, or one of the two persons is given more than 2 W.
 constexpr std::string_view kFreeToChange[] = {"two_channel_po_pc",
                                               "zero_delay free sine",
                                               "zero_delay power",
                                               "four_channel_mediated power",
                                               "sea_four_channel_mediated free sine",
                                               "sea_four_channel_mediated power",
-                                              "spastic MODEL_MEDIATED"};
-bool free_to_change(std::string_view session) {
-  return std::any_of(std::begin(kFreeToChange), std::end(kFreeToChange),
-                     [&](std::string_view one) { return session.starts_with(one); });
+                                              "spastic FOUR_CHANNEL 1 0.",
+                                              "spastic FOUR_CHANNEL_TANK",
+                                              "spastic TWO_CHANNEL",
+                                              "spastic WAVE"};
+// Of these cells of the grid a few came within a tenth of a limit, or to it, before there was a bound: those alone.
+constexpr std::string_view kFreeNearALimit[] = {"four_channel_tank 0.", "sea_four_channel_mediated 0."};
+
+bool begins_with_one_of(std::span<const std::string_view> names, std::string_view session) {
+  return std::any_of(names.begin(), names.end(), [&](std::string_view one) { return session.starts_with(one); });
 }
 
 // What the bounds take from a session near the limits beyond 1 mrad and 1 %: column, and how much at most (rad, N m).
@@ -136,13 +141,19 @@ void expect_as_before(const std::string& file, const std::vector<OrdinarySession
   for (const Line& line : lines) {
     ASSERT_TRUE(golden.lines.contains(line[0])) << line[0] << " is not in " << file;
     const Line& then = golden.lines.at(line[0]);
+    const auto told = [&](std::string_view column) {
+      const auto at = std::find(golden.columns.begin(), golden.columns.end(), column) - golden.columns.begin();
+      return then[static_cast<std::size_t>(at)] != "0";
+    };
+    const bool free = begins_with_one_of(kFreeToChange, line[0]) ||
+                      (begins_with_one_of(kFreeNearALimit, line[0]) && (told("limits_master") || told("limits_slave")));
     for (std::size_t k = 1; k < golden.columns.size(); ++k) {
       const std::string& column = golden.columns[k];
       const auto at = static_cast<std::size_t>(std::find(columns.begin(), columns.end(), column) - columns.begin());
       ASSERT_LT(at, columns.size()) << column << " is no longer computed";
       if (line[at] == then[k]) continue;
       const std::string what = line[0] + ": " + column + " is " + line[at] + " instead of " + then[k];
-      if (free_to_change(line[0])) {
+      if (free) {
         std::printf("%s (free to change)\n", what.c_str());
       } else if (same_mathematics || column.starts_with("limits") || column.starts_with("first_engaged")) {
         ADD_FAILURE() << what;

@@ -21,7 +21,8 @@
 //   A = int f dx + v^2 / (2 K_f) >= 0
 //
 // it is told whether he is moved by the device: then he is braked as a hand is. (What the observers are wrong by while
-// he moves is a share of his kinetic energy.)
+// he moves is a share of his kinetic energy.) While he was given next to nothing the peer may lead him on by a little
+// beyond the bound, so that a fast motion of his own is followed to the digit.
 #pragma once
 
 #include <algorithm>
@@ -80,6 +81,8 @@ class PersonBound {
   static constexpr double kMost = 10.0;      // J
   static constexpr double kMoved = 0.0625;   // of J v_max^2, and
   static constexpr double kWrong = 0.35;     // of what moves: from there to half as much more he counts as moved
+  static constexpr double kLed = 0.5;        // of that, from where on he is led
+  static constexpr double kLeads = 60.0;     // rad/s2, by which the peer may lead him on then
   static constexpr double kBrake = 80.0;     // 1/s: torque is known 5 ms late, speed 3
   static constexpr double kLead = 1.0;       // of what f has grown over the time of k_B
   static constexpr double kEnd = 25.0;       // 1/s
@@ -89,7 +92,7 @@ class PersonBound {
   double J_n_, K_f_;
   LowPass<N> f_slow_;
   Joints<N> given_ = Joints<N>::Zero();  // J, int f dx
-  double moved_ = 0.0;
+  double moved_ = 0.0, led_ = 0.0;
   double acceleration_ = 0.0, range_min_ = 0.0, range_max_ = 0.0;
   Joints<N> x_before_ = Joints<N>::Zero(), f_before_ = Joints<N>::Zero();
   bool begun_ = false;
@@ -113,7 +116,9 @@ Joints<N> PersonBound<N>::step(const Joints<N>& a_ref, const Motion<N>& local, c
     f_before_ = local.f;
     begun_ = true;
     const double threshold = kMoved * J_n_ * p_.speed * p_.speed + kWrong * kinetic.sum();
-    moved_ = std::clamp(2.0 * ((given_ + kinetic).sum() / threshold - 1.0), 0.0, 1.0);
+    const double share = (given_ + kinetic).sum() / threshold;
+    moved_ = std::clamp(2.0 * (share - 1.0), 0.0, 1.0);
+    led_ = std::clamp(2.0 * (share - kLed), 0.0, 1.0);
   }
   const Joints<N> f_soon = local.f + kLead * (local.f - f_slow_.step(local.f));
   Joints<N> a = a_ref;
@@ -139,7 +144,10 @@ double PersonBound<N>::most(const Along& now, double asked) noexcept {
   const double by_range = kBrake * (end_speed(now.way) - now.v) + against;
   double least = std::min({by_speed, by_power, by_range});
   const std::uint32_t bit = least == by_speed ? kLimitVelocity : least == by_power ? kLimitPower : kLimitRange;
-  if (p_.free) least += (1.0 - moved_) * std::max(0.0, now.a_own - least);
+  if (p_.free) {
+    const double freely = least + (1.0 - moved_) * std::max(0.0, now.a_own - least);
+    least = freely + (1.0 - led_) * std::clamp(asked - freely, 0.0, kLeads);
+  }
   if (asked > least) active_ |= bit;
   return least;
 }
