@@ -227,7 +227,8 @@ TEST(LineAge, OneThatNeedsMoreThanEightMillisecondsIsRefusedInSelfTest) {
 }
 
 // An honest adapter with a latency timer of 16 ms, which is full before it is over, and a host that stalls. span: of
-// virtual time. A host that is away for longer than the MCU's watchdog waits is let go by that, and engages again.
+// virtual time. A host that is away for longer than the MCU's watchdog waits feels its torque sag, and the session goes
+// on.
 void expect_no_false_off(Nanoseconds span, Nanoseconds stall, double mcu_clock) {
   Session session;
   session.rig.cable.latency_timer = 16 * kMs;
@@ -254,11 +255,9 @@ void expect_no_false_off(Nanoseconds span, Nanoseconds stall, double mcu_clock) 
     if (!session.engaged() && master == StationState::kHolding) session.rig.act = OperatorAct::kEngage;
   }
   EXPECT_GT(stalls, static_cast<int>(span / (4300 * kMs)));
-  if (stall < 17 * kMs) {
-    EXPECT_EQ(offs, 0);
-  }
-  std::printf("%d stalls of %d ms, %d times let go by the MCU's watchdog; line %.1f to %.1f ms\n", stalls,
-              static_cast<int>(stall / kMs), offs, 1e3 * session.line().need_s, 1e3 * session.line().most_age_s);
+  EXPECT_EQ(offs, 0);
+  std::printf("%d stalls of %d ms, %d sessions ended; line %.1f to %.1f ms\n", stalls, static_cast<int>(stall / kMs),
+              offs, 1e3 * session.line().need_s, 1e3 * session.line().most_age_s);
 }
 
 TEST(LineAge, AnHonestAdapterAndAHostThatStallsAreNoLagForAMinute) {

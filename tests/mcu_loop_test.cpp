@@ -337,7 +337,7 @@ TEST(McuLoop, NothingJumpsAtTheStartOfTrack) {
   EXPECT_LE(most, 1e-9);
 }
 
-TEST(McuLoop, ACutCableRampsTheTorqueOutAndOnlyTheEdgeBringsItBack) {
+TEST(McuLoop, ACutCableLetsGoAndOnlyTheEdgeBringsItBack) {
   Session session(with_hand(5));
   session.start();
   const auto press = [](double t) {
@@ -354,14 +354,14 @@ TEST(McuLoop, ACutCableRampsTheTorqueOutAndOnlyTheEdgeBringsItBack) {
     session.orthosis.advance(tick);
     const Nanoseconds silent = tick - arrived;
     const double tau = mcu::to_nm(session.core().torque_command());
-    ASSERT_EQ(session.core().faults(), silent < 20 * kMillisecond ? 0 : mcu::kWatchdog) << silent;
     if (silent >= 20 * kMillisecond) {
       ASSERT_LE(tau, previous + 1e-9);
-      ASSERT_LE(previous - tau, 1.52 / 100 + 1e-6);
+      ASSERT_LE(previous - tau, 1.52 / 4 + 1e-6);
     }
+    ASSERT_EQ(tau == 0.0, silent >= 21'500'000) << silent;
     const bool over = silent >= 69'500'000;
     ASSERT_EQ(session.state(), over ? State::kSafe : State::kTrack) << silent;
-    ASSERT_EQ(tau == 0.0, over) << silent;
+    ASSERT_EQ(session.core().faults(), over ? mcu::kWatchdog : 0) << silent;
     previous = tau;
   }
   session.now = arrived + 100 * kMillisecond;

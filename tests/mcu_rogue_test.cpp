@@ -127,11 +127,57 @@ TEST(McuRogue, TheSearchFindsWhatThereIsWithoutTheBound) {
 }
 
 // What becomes of the hand once the host lets go of it, by silence, by SAFE or by a stop, is what an honest stop in the
-// same millisecond does to it. Below a quarter of the limits no difference counts.
-void expect_let_go_as_by_a_stop(const std::vector<Grasp>& grasps, int budget, std::uint64_t seed) {
+// same millisecond does to it, watched until the hand has swung. Below a quarter of the limits no difference counts.
+// Where the host takes it again before it has come to rest, and lets go again, and so on, it is moved no faster than by
+// that stop or than a driven hand may be; nor with more power, but a spastic one, whose catch is its own.
+struct AgainstAStop {
+  double speed = 0, power = 0, speed_taken = 0, power_taken = 0;  // shares
+  double fastest = 0, strongest = 0;                              // rad/s, W
+  int let_gos = 0, taken = 0;
+
+  double most() const { return std::max({speed, power, speed_taken, power_taken}); }
+  void add(const AgainstAStop& other) {
+    for (double AgainstAStop::*one : {&AgainstAStop::speed, &AgainstAStop::power, &AgainstAStop::speed_taken,
+                                      &AgainstAStop::power_taken, &AgainstAStop::fastest, &AgainstAStop::strongest}) {
+      this->*one = std::max(this->*one, other.*one);
+    }
+    let_gos += other.let_gos, taken += other.taken;
+  }
+};
+
+AgainstAStop against_a_stop(const Grasp& grasp, const OrthosisEmulator::Params& params, const Stream& stream) {
+  constexpr double kRuns = 0.4, kSwings = 0.5;  // s
   const McuSettings s;
-  int let_go = 0;
-  double worst_speed = 0, worst_power = 0, fastest = 0, strongest = 0;
+  RogueRun rogue(grasp, params);
+  rogue.run(stream, kRuns, 1);
+  AgainstAStop result;
+  if (rogue.let_gos().empty()) return result;
+  // A host that flaps lets go very often: the first, and those that the hand feels most.
+  std::vector<std::size_t> judged = {0};
+  for (double LetGo::*most : {&LetGo::speed, &LetGo::power, &LetGo::speed_taken, &LetGo::power_taken}) {
+    const auto worst = std::max_element(rogue.let_gos().begin(), rogue.let_gos().end(),
+                                        [&](const LetGo& a, const LetGo& b) { return a.*most < b.*most; });
+    judged.push_back(static_cast<std::size_t>(worst - rogue.let_gos().begin()));
+  }
+  std::sort(judged.begin(), judged.end());
+  judged.erase(std::unique(judged.begin(), judged.end()), judged.end());
+  for (const std::size_t n : judged) {
+    const LetGo& felt = rogue.let_gos()[n];
+    RogueRun stopped(grasp, params);
+    stopped.run(stream, felt.ms * 1e-3 + kSwings, 1, felt.ms);
+    const LetGo& honest = stopped.let_gos().back();
+    const double power_driven = (grasp.stiffness <= 5 ? 1.0 : 1.5 / 1.1) * s.power_limit;
+    result.add({felt.speed / std::max(honest.speed, 0.25 * s.velocity_limit),
+                felt.power / std::max(honest.power, 0.25 * s.power_limit),
+                felt.speed_taken / std::max(honest.speed, s.velocity_limit),
+                grasp.spastic > 0 ? 0 : felt.power_taken / std::max(honest.power, power_driven), felt.speed, felt.power,
+                1, felt.speed_taken > 0});
+  }
+  return result;
+}
+
+void expect_let_go_as_by_a_stop(const std::vector<Grasp>& grasps, int budget, std::uint64_t seed) {
+  AgainstAStop all;
   for (const Grasp& grasp : grasps) {
     const OrthosisEmulator::Params params = orthosis_of(grasp);
     StreamMaker maker(seed++);
@@ -139,24 +185,18 @@ void expect_let_go_as_by_a_stop(const std::vector<Grasp>& grasps, int budget, st
     double most = -1;
     for (int n = 0; n < budget; ++n) {
       const Stream stream = n < budget / 3 ? maker.anew() : maker.changed(best, n % 3 != 0 ? 0.1 : 0.4);
-      RogueRun rogue(grasp, params);
-      const Felt felt = rogue.run(stream, 0.4, 1);
-      if (rogue.let_go_ms() < 0) continue;
-      ++let_go;
-      const Felt honest = RogueRun(grasp, params).run(stream, 0.4, 1, rogue.let_go_ms());
-      const double speed = felt.speed_after / std::max(honest.speed_after, 0.25 * s.velocity_limit);
-      const double power = felt.power_after / std::max(honest.power_after, 0.25 * s.power_limit);
-      worst_speed = std::max(worst_speed, speed), worst_power = std::max(worst_power, power);
-      fastest = std::max(fastest, felt.speed_after), strongest = std::max(strongest, felt.power_after);
-      if (std::max(speed, power) > most) most = std::max(speed, power), best = stream;
+      const AgainstAStop one = against_a_stop(grasp, params, stream);
+      all.add(one);
+      if (one.most() > most) most = one.most(), best = stream;
     }
+    EXPECT_LE(most, 1.1) << name_of(grasp);
   }
   std::printf(
-      "let go %d times: at most %.3f of the speed and %.3f of the power by an honest stop; %.2f rad/s, %.2f W\n",
-      let_go, worst_speed, worst_power, fastest, strongest);
-  EXPECT_GT(let_go, budget * static_cast<int>(grasps.size()) / 4);
-  EXPECT_LE(worst_speed, 1.1);
-  EXPECT_LE(worst_power, 1.1);
+      "let go %d times: at most %.3f of the speed and %.3f of the power by an honest stop; taken again in its swing %d "
+      "times: %.3f, %.3f; %.2f rad/s, %.2f W\n",
+      all.let_gos, all.speed, all.power, all.taken, all.speed_taken, all.power_taken, all.fastest, all.strongest);
+  EXPECT_GT(all.let_gos, budget * static_cast<int>(grasps.size()) / 4);
+  EXPECT_GT(all.taken, budget * static_cast<int>(grasps.size()) / 20);
 }
 
 TEST(McuRogue, LetsGoOfTheHandAsAnHonestStopDoes) { expect_let_go_as_by_a_stop(every_grasp(), 12, 7); }

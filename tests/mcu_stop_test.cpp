@@ -93,14 +93,15 @@ TEST(PatientStop, LetsTheSpringGoSlackWhileItStands) {
   EXPECT_NEAR(to_rad_s(bench.loop(100).motor_velocity), -10 * 10 * 100 * 2 * M_PI / 20000, 0.01);  // gain * k * stretch
 }
 
-TEST(PatientStop, ShortensARampThatIsAlreadyUnderWay) {
+TEST(PatientStop, EndsWhatSilenceLeftOpen) {
   StopBench bench;
   bench.press_at_torque(3);
-  bench.send(Mode::kSafe);  // 50 ms
-  bench.loops(10);
-  EXPECT_NEAR(to_nm(bench.core.torque_command()), 0.9 * bench.pressed, 1e-3);
+  bench.loops(60);  // 10 ms into it
   bench.stop = true;
   bench.loops(kStopLoops);
+  EXPECT_EQ(bench.core.torque_command(), 0);
+  bench.frames(300, Mode::kTorque, 3);
+  EXPECT_EQ(bench.output.state, State::kFault);
   EXPECT_EQ(bench.core.torque_command(), 0);
 }
 

@@ -16,7 +16,6 @@ constexpr double kTorqueUnits = 1 << kTorqueBits;
 // the loops of the default scene.
 constexpr double kBoundRate = 22, kEndStiffness = 1400, kEndRate = 70;  // 1/s, 1/s2, 1/s
 constexpr double kUnknownTorque = 0.1;                                  // N m, besides what is known to resist
-constexpr double kLetGo = 2000;                                         // N m/rad
 
 // NaN is outside every range.
 double within(const char* name, double value, double lowest, double highest) {
@@ -123,7 +122,6 @@ McuParams make_mcu_params(const McuSettings& s) {
   p.stop_loops = loops("stop_ramp_s", s.stop_ramp_s, s.loop_hz);
   p.per_ramp_loop = make_gain("ramp_s", 1.0 / p.ramp_loops);
   p.per_stop_loop = make_gain("stop_ramp_s", 1.0 / p.stop_loops);
-  p.let_go = make_gain("let go", kLetGo * dt * kTorquePerVelocity);
   p.allowed_step = p.torque_limit / p.ramp_loops + 1;
   p.release_loops = loops("release_s", s.release_s, s.loop_hz);
   p.sensor_loops = loops("spring_sensor_fault_s", s.spring_sensor_fault_s, s.loop_hz);

@@ -21,20 +21,24 @@
 // where torque is what resists that direction: the spring's, known without lag, or tau_dis, the larger. So what is
 // allowed follows from torque, speed and angle now, and not from power that was given already. k_B above 25/s lets the
 // motor, which is slow, swing against a hand of 20 N m/rad; 20/s towards an end, k_E / k_D, is what it still stops
-// from. What ramps down holds the hand against its own spring and no more: it is never above tau_dis, and what drives
-// the hand on is taken off by 2000 N m/rad besides.
+// from.
 //
-// SAFE, where it starts, drives the spring torque to zero: the patient moves freely. 20 ms without a valid frame ramp
-// the torque to zero in 50 ms and end in SAFE; out of it lead only a SAFE frame and then three consecutive, consistent
-// frames of one active mode. Three such frames of the other active mode lead from one to the other: the torque that is
-// commanded goes on from where it was.
+// Letting go is one and the same, whoever asks for it and whatever ends it: the torque commanded goes to zero in 2 ms,
+// and the spring unwinds as fast as the motor turns. The motor is what makes that gentle: 40 N m/s at 4 rad/s and
+// 10 N m/rad. A slower ramp, which holds the hand meanwhile, lets some hands swing further than the patient's stop
+// does.
+//
+// SAFE, where it starts, drives the spring torque to zero: the patient moves freely. 20 ms without a valid frame let
+// go, and 50 ms later this is SAFE; until then the next frame of the same mode takes the hand again, from the torque
+// that the spring has by then. Out of SAFE lead only a SAFE frame and then three consecutive, consistent frames of one
+// active mode. Three such frames of the other active mode lead from one to the other: the torque that is commanded goes
+// on from where it was.
 //
 // In an active state only a frame with a new sequence number feeds the watchdog: a line that repeats its last one has
 // no host behind it.
 //
-// The patient's stop ramps to zero in 2 ms from every state and stays: no byte on the line ends it, only the release
-// key beside the stop, pressed anew and held once the stop is up. A SAFE frame with kStopNow lets go as fast and
-// latches nothing here: whoever sent it has latched.
+// The patient's stop lets go from every state and stays: no byte on the line ends it, only the release key beside the
+// stop, pressed anew and held once the stop is up.
 #pragma once
 
 #include "common/device/mcu_frame.hpp"
@@ -76,7 +80,6 @@ struct McuParams {
   Gain k_B, k_D, k_E;                       // times J_n
   int32_t allowed_speed[kResistanceSteps];  // J_n k_B v_allow
   Gain per_ramp_loop, per_stop_loop;        // 1 / ramp_loops, 1 / stop_loops: no division on an 8-bit MCU
-  Gain let_go;                              // torque taken off per loop and velocity
   int32_t allowed_step;                     // of the torque that is allowed after a start, per loop
   uint16_t watchdog_loops, ramp_loops, loops_per_frame, overrun_limit;
   uint16_t stop_loops, release_loops, sensor_loops;
@@ -148,7 +151,7 @@ class OrthosisCore {
   int32_t v_command() const { return v_command_; }
   int32_t f_command() const { return f_command_; }
   uint8_t faults() const { return faults_; }
-  bool driven() const { return phase_ == Phase::kActive; }  // in TRACK or TORQUE and not ramping down
+  bool driven() const { return phase_ == Phase::kActive; }  // in TRACK or TORQUE and not letting go
   bool at_bound() const {
     const int32_t acceleration = wanted_acceleration() + bump_;
     return driven() && bounded(acceleration) != acceleration;
@@ -156,13 +159,14 @@ class OrthosisCore {
   const FrameDecoder& decoder() const { return decoder_; }
 
  private:
-  enum class Phase : uint8_t { kSafe, kActive, kRampDown, kFault };
+  enum class Phase : uint8_t { kSafe, kActive, kFading, kLettingGo, kFault };
 
   const McuParams& p() const { return parameters_.get(); }
   bool follows(const Command& previous, const Command& next) const;
   void count_towards(const Command& command, const Command& before);
   void start(Mode mode);
   void change(const Command& command);
+  void resume(const Command& command);
   void begin(Mode mode);
   void accept(const Command& command);
   FARHAND_WITH_ITS_GAIN bool read(const EncoderUnit& unit, int32_t counts, int32_t& angle) const;
@@ -170,8 +174,7 @@ class OrthosisCore {
   void estimate();
   void supervise(const McuInput& input);
   void watch_stop(const McuInput& input);
-  void ramp_down(uint16_t loops);
-  void stop_now();
+  void let_go(Phase phase, uint16_t loops);
   int32_t wanted_acceleration() const;
   int32_t bounded(int32_t acceleration) const;
   int32_t allowed_speed(int32_t resisting) const;
@@ -197,7 +200,7 @@ class OrthosisCore {
   uint16_t loops_since_frame_ = 0;
 
   Phase phase_ = Phase::kSafe;
-  Mode mode_ = Mode::kSafe;  // while active or ramping down
+  Mode mode_ = Mode::kSafe;  // while active or letting go
   State state_ = State::kSafe;
   uint8_t faults_ = 0;
   uint16_t silent_loops_ = 0;
@@ -207,9 +210,10 @@ class OrthosisCore {
   bool safe_seen_ = false;
   uint8_t consistent_ = 0;
 
-  int32_t tau_command_ = 0, tau_allowed_ = 0, ramp_ = 0, ramp_step_ = 0;
+  int32_t tau_command_ = 0, tau_allowed_ = 0, let_go_step_ = 0;
   int32_t bump_ = 0, bump_step_ = 0;  // between two active modes, fading
-  uint16_t ramp_left_ = 0;
+  bool joins_ = false;                // the next loop goes on from tau_command_
+  uint16_t loops_left_ = 0;           // of letting go
   int32_t motor_velocity_ = 0;
 
   uint16_t loops_since_telemetry_ = 0, number_ = 0;

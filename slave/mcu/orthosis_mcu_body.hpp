@@ -36,7 +36,6 @@ void OrthosisCore<P>::take(const Command& command) {
   if (command.mode == Mode::kConfig) return;
   echo_ = static_cast<uint8_t>((static_cast<uint8_t>(command.mode) << 4) | command.seq);
   number_ = number_of(command, number_);
-  if (command.mode == Mode::kSafe && command.f_ref == kStopNow) stop_now();
   if (phase_ == Phase::kSafe) {
     silent_loops_ = 0;
     if (command.mode == Mode::kSafe) {
@@ -47,17 +46,19 @@ void OrthosisCore<P>::take(const Command& command) {
       previous_ = command;
       if (consistent_ == kFramesToStart) start(command.mode);
     }
-  } else if (phase_ == Phase::kActive) {
+  } else if (phase_ == Phase::kActive || phase_ == Phase::kFading) {
     if (command.mode == Mode::kSafe) {
-      ramp_down(p().ramp_loops);
+      let_go(Phase::kLettingGo, p().stop_loops);
     } else if (command.mode == mode_) {
       consistent_ = 0;
       if (command.seq == previous_.seq) return;
+      if (phase_ == Phase::kFading) resume(command);
       previous_.seq = command.seq;
       accept(command);
     } else {
       count_towards(command, other_);
       other_ = command;
+      if (consistent_ == kFramesToStart && phase_ == Phase::kFading) return resume(command);
       if (consistent_ == kFramesToStart) change(command);
     }
   }
@@ -85,17 +86,27 @@ void OrthosisCore<P>::start(Mode mode) {
   phase_ = Phase::kActive;
   faults_ = static_cast<uint8_t>(faults_ & kLatched);
   tau_command_ = tau_allowed_ = bump_ = 0;
+  joins_ = false;
   begin(mode);
 }
 
-// Nor here: what the new mode wants differs from what the old one commanded by a difference that fades over the ramp
-// time.
+// Nor here: what the new mode wants differs from what is commanded by a difference that fades over the ramp time. The
+// next loop finds it, because it computes that anyway.
 template <class P>
 void OrthosisCore<P>::change(const Command& command) {
   begin(command.mode);
   previous_ = command;
-  bump_ = tau_command_ - limited(wanted_acceleration() + tau_dis_, tau_allowed_);
-  bump_step_ = times(magnitude(bump_), p().per_ramp_loop) + 1;
+  joins_ = true;
+}
+
+// Nor here: what was let go by silence is taken again where it moves by now, with the torque that its spring has, and
+// what is allowed grows from there.
+template <class P>
+void OrthosisCore<P>::resume(const Command& command) {
+  phase_ = Phase::kActive;
+  tau_command_ = limited(tau_spring_, tau_allowed_);
+  tau_allowed_ = magnitude(tau_command_);
+  change(command);
 }
 
 template <class P>
@@ -169,31 +180,25 @@ void OrthosisCore<P>::estimate() {
   f_s_ = limited(rtob_ - inertia, kLargest);
 }
 
+// The torque commanded is zero after stop_loops; after `loops` this is over.
 template <class P>
-void OrthosisCore<P>::ramp_down(uint16_t loops) {
-  phase_ = Phase::kRampDown;
-  ramp_left_ = loops;
-  ramp_ = tau_command_;
-  ramp_step_ = times(tau_command_, loops == p().stop_loops ? p().per_stop_loop : p().per_ramp_loop);
-}
-
-template <class P>
-void OrthosisCore<P>::stop_now() {
-  const bool slower = phase_ == Phase::kActive || (phase_ == Phase::kRampDown && ramp_left_ > p().stop_loops);
-  if (slower) ramp_down(p().stop_loops);
+void OrthosisCore<P>::let_go(Phase phase, uint16_t loops) {
+  if (phase_ == Phase::kActive) let_go_step_ = times(magnitude(tau_command_), p().per_stop_loop) + 1;
+  phase_ = phase;
+  loops_left_ = loops;
 }
 
 template <class P>
 void OrthosisCore<P>::watch_stop(const McuInput& input) {
   if (input.stop) {
     faults_ |= kPatientStop;
-    stop_now();
+    if (phase_ == Phase::kActive || phase_ == Phase::kFading) let_go(Phase::kLettingGo, p().stop_loops);
   }
   if ((faults_ & kPatientStop) == 0) return;
   // A release key that is stuck, or leaned on, while the stop is pressed releases nothing.
   if (input.stop || !input.release) release_seen_up_ = !input.release;
   release_loops_ = static_cast<uint16_t>(release_seen_up_ && input.release && !input.stop ? release_loops_ + 1 : 0);
-  if (release_loops_ < p().release_loops || phase_ == Phase::kRampDown) return;
+  if (release_loops_ < p().release_loops || phase_ == Phase::kLettingGo) return;
   release_loops_ = 0;
   release_seen_up_ = false;
   faults_ = static_cast<uint8_t>(faults_ & ~kPatientStop);
@@ -208,11 +213,10 @@ void OrthosisCore<P>::supervise(const McuInput& input) {
   if (silent_loops_ <= p().watchdog_loops) ++silent_loops_;
   const bool silent = silent_loops_ > p().watchdog_loops;
   if (phase_ == Phase::kSafe && silent) safe_seen_ = false, consistent_ = 0;
-  if (phase_ == Phase::kActive && silent) {
-    faults_ |= kWatchdog;
-    ramp_down(p().ramp_loops);
+  if (phase_ == Phase::kActive && silent) let_go(Phase::kFading, p().ramp_loops);
+  if ((faults_ & kLatched) != 0 && (phase_ == Phase::kActive || phase_ == Phase::kFading)) {
+    let_go(Phase::kLettingGo, p().stop_loops);
   }
-  if ((faults_ & kLatched) != 0 && phase_ == Phase::kActive) ramp_down(p().ramp_loops);
   if ((faults_ & kLatched) != 0 && phase_ == Phase::kSafe) phase_ = Phase::kFault;
 }
 
@@ -252,25 +256,23 @@ void OrthosisCore<P>::move_torque_command() {
     }
     if (loops_since_frame_ < p().loops_per_frame) ++loops_since_frame_;
     tau_allowed_ = limited(tau_allowed_ + p().allowed_step, p().torque_limit);
+    const int32_t free = wanted_acceleration();
+    if (joins_) {
+      joins_ = false;
+      bump_ = tau_command_ - limited(free + tau_dis_, tau_allowed_);
+      bump_step_ = times(magnitude(bump_), p().per_ramp_loop) + 1;
+    }
     bump_ = towards(bump_, 0, bump_step_);
-    const int32_t wanted = limited(bounded(wanted_acceleration() + bump_) + tau_dis_, tau_allowed_);
+    const int32_t wanted = limited(bounded(free + bump_) + tau_dis_, tau_allowed_);
     tau_command_ = towards(tau_command_, wanted, p().torque_step);
-  } else if (phase_ == Phase::kRampDown) {
-    // The ramp is for what holds the hand against its own spring. What would set it in motion goes at once, and what
-    // drives it on as it moves.
-    const int32_t next = ramp_ - ramp_step_;
-    if (ramp_ > 0) {
-      ramp_ = clamp(smaller(next - times(larger(v_, 0), p().let_go), tau_dis_), 0, ramp_);
-    } else {
-      ramp_ = clamp(larger(next - times(smaller(v_, 0), p().let_go), tau_dis_), ramp_, 0);
-    }
-    tau_command_ = ramp_;
-    if (--ramp_left_ == 0) {
-      phase_ = (faults_ & kLatched) != 0 ? Phase::kFault : Phase::kSafe;
-      tau_command_ = 0;
-      safe_seen_ = false;
-      consistent_ = 0;
-    }
+  } else if (phase_ == Phase::kFading || phase_ == Phase::kLettingGo) {
+    tau_command_ = towards(tau_command_, 0, let_go_step_);
+    if (--loops_left_ > 0) return;
+    if (phase_ == Phase::kFading) faults_ |= kWatchdog;
+    phase_ = (faults_ & kLatched) != 0 ? Phase::kFault : Phase::kSafe;
+    tau_command_ = 0;
+    safe_seen_ = false;
+    consistent_ = 0;
   }
 }
 
@@ -296,7 +298,7 @@ McuOutput OrthosisCore<P>::step(const McuInput& input) {
   // Without an angle there is no spring torque to control: the motor stands, and the patient has the spring to move in.
   if ((faults_ & (kJointEncoder | kMotorEncoder)) != 0) motor_velocity_ = 0;
   State state = State::kSafe;
-  if (phase_ == Phase::kActive || phase_ == Phase::kRampDown) {
+  if (phase_ != Phase::kSafe && phase_ != Phase::kFault) {
     state = mode_ == Mode::kTorque ? State::kTorque : State::kTrack;
   }
   if ((faults_ & kLatched) != 0) state = State::kFault;

@@ -67,6 +67,7 @@ class Watched {
 
   void receive(std::uint8_t byte) {
     const std::int32_t x = core_.x_command(), v = core_.v_command(), f = core_.f_command();
+    const bool driven = core_.driven();
     core_.receive(byte);
     if (!line_.push(byte)) {
       require(x == core_.x_command() && v == core_.v_command() && f == core_.f_command(), "no byte but a frame moves");
@@ -74,14 +75,17 @@ class Watched {
     }
     ++frames_;
     permission_.frame(mcu::unpack_command(line_.payload()), active(state_));
-    if (!active(state_)) return;  // then it starts where the joint is
+    if (!active(state_) || !driven) return;  // then it starts where the joint is
     require(std::abs(core_.x_command() - x) <= p_.x_step && std::abs(core_.v_command() - v) <= p_.v_step &&
                 std::abs(core_.f_command() - f) <= p_.f_step,
             "a frame moves each reference by a step at most");
   }
 
   void loop() {
-    const std::int32_t before = core_.torque_command();
+    // What silence let go is taken again from the torque of its spring.
+    const bool taken = core_.driven() && !driven_ && active(state_);
+    const std::int32_t before = taken ? core_.spring_torque() : core_.torque_command();
+    driven_ = core_.driven();
     const std::int32_t x_before = core_.x_command();
     const std::uint8_t faults_before = core_.faults();
     const mcu::McuOutput output = core_.step(input);
@@ -113,6 +117,7 @@ class Watched {
     if (core_.telemetry(frame)) require(frame.state == output.state, "telemetry shows the state");
     permission_.loop(active(output.state), active(state_));
     state_ = output.state;
+    driven_ = core_.driven();
   }
 
   std::uint64_t frames() const { return frames_; }
@@ -123,6 +128,7 @@ class Watched {
   mcu::FrameDecoder line_;
   Permission permission_;
   State state_ = State::kSafe;
+  bool driven_ = false;
   std::uint64_t frames_ = 0;
   int stopped_loops_ = 0, released_loops_ = 0, fault_loops_ = 0;
 };

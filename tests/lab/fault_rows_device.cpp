@@ -17,12 +17,12 @@ void add_serial(Catalogue& all) {
       "nothing to the MCU", {At::kFree, At::kContact, At::kHolding}, [](R& r, N s) { r.cable.to_mcu = !during(s); },
       [](At at) { return device_lost(at, kMcu + kCableMs, kMcu); });
   // A line that lags by 20 ms more than it needs is known 50 ms later. Where commands cease meanwhile the MCU lets go.
-  constexpr double kPassed = 20, kKnown = 50;
+  constexpr double kPassed = 20, kKnown = 50, kLate = 40;
   const auto late = [](N Cable::*way) {
-    return [way](R& r, N s) { r.cable.*way = during(s, kSecond / 2) ? 40 * kMillisecond : 0; };
+    return [way](R& r, N s) { r.cable.*way = during(s, kSecond / 2) ? from_seconds(1e-3 * kLate) : 0; };
   };
   all.add("commands 40 ms late for half a second", kAtWork, late(&Cable::lag_to_mcu),
-          [](At at) { return device_lost(at, kPassed + kKnown, kMcu); });
+          [](At at) { return device_lost(at, kPassed + kKnown, kPassed + kKnown + kLate + kStop); });
   all.add("telemetry 40 ms late for half a second", {At::kFree, At::kContact, At::kHolding}, late(&Cable::lag_from_mcu),
           [](At at) { return device_lost(at, kPassed + kKnown, kPassed + kKnown + kStop); });
   const auto later_and_later = [](N Cable::*way) {

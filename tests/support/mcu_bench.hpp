@@ -32,10 +32,11 @@ struct Bench {
     loop(x, x_motor);
     return loop(x, x_motor);
   }
-  // A joint that is held at x: the motor winds the spring up to the torque that is commanded, at 40 rad/s at most.
+  // A joint that is held at x: the motor winds the spring up to the torque that is commanded, at winds_at at most.
   McuOutput held_loop(double x = 0) {
     const double goal = to_nm(core.torque_command()) / settings.spring;
-    wound += std::fmin(std::fmax(goal - wound, -0.02), 0.02);
+    const double most = winds_at / settings.loop_hz;
+    wound += std::fmin(std::fmax(goal - wound, -most), most);
     return loop(x, x + wound);
   }
   McuOutput held_frame_time(double x = 0) {
@@ -55,7 +56,8 @@ struct Bench {
   McuSettings settings;
   OrthosisMcu core;
   std::uint8_t seq = 0;
-  double wound = 0;  // rad, of the spring
+  double wound = 0;      // rad, of the spring
+  double winds_at = 40;  // rad/s
 };
 
 // Of what is not about power.

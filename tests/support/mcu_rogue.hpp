@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <vector>
 
 #include "common/device/mcu_si.hpp"
 #include "slave/mcu/emulator.hpp"
@@ -113,18 +114,24 @@ class StreamMaker {
   std::mt19937_64 bits_;
 };
 
-// The most of each while the MCU drives the hand, but `after`: once it was driven and is not.
+// What becomes of the hand once the MCU lets go of it, up to the next time.
+struct LetGo {
+  int ms = 0;
+  double speed = 0, power = 0;              // until the MCU takes it again
+  double speed_taken = 0, power_taken = 0;  // from then on, until it has come to rest
+};
+
+// The most of each while the MCU drives the hand.
 struct Felt {
   double speed = 0, angle = 0, power = 0, mean_power = 0;  // the mean: over 50 ms
   double energy = 0;                                       // in any window, beyond 1.1 times the power limit
   double spring = 0, command = 0;
-  double torque = 0;                        // at the hand, less v sqrt(J K)
-  double speed_after = 0, power_after = 0;  // once it was let go, until it is taken again
+  double torque = 0;  // at the hand, less v sqrt(J K)
   double driven_s = 0;
 
   void add(const Felt& other) {
-    constexpr std::array kAll{&Felt::speed,  &Felt::angle,   &Felt::power,  &Felt::mean_power,  &Felt::energy,
-                              &Felt::spring, &Felt::command, &Felt::torque, &Felt::speed_after, &Felt::power_after};
+    constexpr std::array kAll{&Felt::speed,  &Felt::angle,  &Felt::power,   &Felt::mean_power,
+                              &Felt::energy, &Felt::spring, &Felt::command, &Felt::torque};
     for (double Felt::*most : kAll) this->*most = std::max(this->*most, other.*most);
     driven_s += other.driven_s;
   }
@@ -140,7 +147,7 @@ class RogueRun {
         impedance_(std::sqrt(params_.world.actuator.J * grasp.stiffness)) {}
 
   // Every millisecond a frame; SAFE for the first ten, so that it can start. Pieces come again and again. From
-  // stop_at_ms on there is an honest stop and nothing else.
+  // stop_at_ms on there is an honest stop and nothing else; what breaks breaks all the same.
   Felt run(const Stream& stream, double duration_s, std::uint64_t seed, int stop_at_ms = 1 << 30) {
     std::mt19937_64 bits(seed);
     std::size_t now = 0;
@@ -150,10 +157,12 @@ class RogueRun {
       now_ms_ = ms;
       if (ms < 10) {
         send(make_command(Mode::kSafe, seq_++, 0, 0, 0));
-      } else if (ms >= stop_at_ms) {
-        send(make_stop(seq_++));
       } else {
-        tell(piece, ms, bits);
+        if (ms >= stop_at_ms) {
+          send(make_stop(seq_++));
+        } else {
+          tell(piece, ms, bits);
+        }
         left -= 1e-3;
         if (left <= 0) {
           now = (now + 1) % stream.pieces.size();
@@ -170,8 +179,7 @@ class RogueRun {
     }
     return felt_;
   }
-  // When the hand was let go first; -1: never.
-  int let_go_ms() const { return let_go_ms_; }
+  const std::vector<LetGo>& let_gos() const { return let_gos_; }
 
  private:
   void send(const Command& command) {
@@ -201,18 +209,21 @@ class RogueRun {
     orthosis_.tick(wire);
     truth_ = orthosis_.world().truth();
     const double power = truth_.f * truth_.v, dt = 1 / params_.mcu.loop_hz;
-    if (!orthosis_.core().driven()) {
-      if (calm_ && let_go_ms_ < 0) let_go_ms_ = now_ms_;
+    const bool driven = orthosis_.core().driven();
+    if (!driven) {
+      if (driven_) let_gos_.push_back({now_ms_});
       since_start_s_ = 0, calm_ = false;
     } else {
-      if (let_go_ms_ >= 0) taken_again_ = true;
       const bool at_rest = since_start_s_ == 0 && std::abs(truth_.v) < 0.1 && std::abs(truth_.f) < 0.05;
       since_start_s_ += dt;
       calm_ = calm_ || at_rest || (since_start_s_ > params_.mcu.ramp_s && calms());
     }
-    if (let_go_ms_ >= 0 && !taken_again_) {
-      felt_.speed_after = std::max(felt_.speed_after, std::abs(truth_.v));
-      felt_.power_after = std::max(felt_.power_after, power);
+    driven_ = driven;
+    if (!let_gos_.empty() && !calm_) {
+      LetGo& last = let_gos_.back();
+      double& speed = driven ? last.speed_taken : last.speed;
+      double& most_power = driven ? last.power_taken : last.power;
+      speed = std::max(speed, std::abs(truth_.v)), most_power = std::max(most_power, power);
     }
     if (!calm_) {
       given_ = 0, loops_ = 0, sum_ = 0, recent_ = {};
@@ -245,8 +256,9 @@ class RogueRun {
   double power_w_, impedance_;
   SeriesElasticTruth truth_{};
   std::uint8_t seq_ = 0;
-  int frozen_ms_ = 0, froze_at_ms_ = -100, now_ms_ = 0, let_go_ms_ = -1;
-  bool taken_again_ = false;
+  int frozen_ms_ = 0, froze_at_ms_ = -100, now_ms_ = 0;
+  bool driven_ = false;
+  std::vector<LetGo> let_gos_;
   Felt felt_;
   double given_ = 0, sum_ = 0, since_start_s_ = 0;
   bool calm_ = false;
