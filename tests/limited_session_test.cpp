@@ -153,7 +153,7 @@ TEST_P(OnEitherDevice, Torque) {
 }
 
 // Power is known one lag of the observer late, and behind the MCU by the line's as well; it grows that long. (The MCU
-// keeps it by itself, before the station sees any.)
+// keeps it by itself, before the station sees any, and tells so.)
 TEST_P(OnEitherDevice, Power) {
   const double lag_s = GetParam() ? 1 / 100.0 + 2 * 0.0015 + 0.003 : 1 / 200.0 + 0.002;
   double slope = 0;
@@ -162,7 +162,7 @@ TEST_P(OnEitherDevice, Power) {
   for (const double limit : {0.05, 0.1, 0.2}) {
     const Limited run({set("slave.limits.power_w", limit)}, GetParam());
     print("power, W", run.peak(power), limit, free().peak(power));
-    if (!GetParam()) run.expect_said(kLimitPower);
+    run.expect_said(GetParam() ? kLimitDevice : kLimitPower);
     EXPECT_LE(run.peak(power), limit + lag_s * slope) << slope;
   }
 }

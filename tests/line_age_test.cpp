@@ -234,9 +234,14 @@ void expect_no_false_off(Nanoseconds span, Nanoseconds stall, double mcu_clock) 
   session.rig.cable.latency_timer = 16 * kMs;
   session.rig.cable.mcu_clock = mcu_clock;
   session.press();
+  session.run(3 * kSecond);
   ASSERT_TRUE(session.engaged());
   EXPECT_LE(session.line().need_s, 0.008);
+  EXPECT_EQ(session.line().sagged, 0u);
   std::mt19937_64 random(7);
+  const auto hand = [&] { return session.rig.orthosis()->world().truth(); };
+  const double pressed = hand().f;
+  double torque = 0, least = pressed, speed = 0, power = 0;
   int stalls = 0, offs = 0;
   Nanoseconds next = session.rig.now + kSecond;
   for (const Nanoseconds end = session.rig.now + span; session.rig.now < end;) {
@@ -244,6 +249,8 @@ void expect_no_false_off(Nanoseconds span, Nanoseconds stall, double mcu_clock) 
     session.rig.slave.runs = !away;
     const bool was = session.engaged();
     session.rig.tick();
+    torque = std::max(torque, hand().f), least = std::min(least, hand().f);
+    speed = std::max(speed, std::abs(hand().v)), power = std::max(power, hand().f * hand().v);
     if (was && !session.engaged()) ++offs;
     ASSERT_NE(session.why(), Reason::kLineLags) << "after " << stalls << " stalls";
     ASSERT_NE(session.why(), Reason::kLineSlow);
@@ -256,8 +263,16 @@ void expect_no_false_off(Nanoseconds span, Nanoseconds stall, double mcu_clock) 
   }
   EXPECT_GT(stalls, static_cast<int>(span / (4300 * kMs)));
   EXPECT_EQ(offs, 0);
-  std::printf("%d stalls of %d ms, %d sessions ended; line %.1f to %.1f ms\n", stalls, static_cast<int>(stall / kMs),
-              offs, 1e3 * session.line().need_s, 1e3 * session.line().most_age_s);
+  // Without a command for more than 20 ms the torque sags, and comes back without more than there was.
+  EXPECT_EQ(session.line().sagged, stall > 20 * kMs ? static_cast<std::uint64_t>(stalls) : 0);
+  EXPECT_LE(torque, pressed + 0.1);
+  EXPECT_LE(speed, 4);
+  EXPECT_LE(power, 2);
+  std::printf(
+      "%d stalls of %d ms, %d sessions ended; line %.1f to %.1f ms; %.2f to %.2f N m where %.2f were pressed, %.2f "
+      "rad/s, %.2f W\n",
+      stalls, static_cast<int>(stall / kMs), offs, 1e3 * session.line().need_s, 1e3 * session.line().most_age_s, least,
+      torque, pressed, speed, power);
 }
 
 TEST(LineAge, AnHonestAdapterAndAHostThatStallsAreNoLagForAMinute) {

@@ -291,8 +291,59 @@ TEST(McuCore, TelemetrySaysWhatTheCoreKnowsAtHalfTheLoopRate) {
   EXPECT_EQ(slow.framing_errors(), 1);
   EXPECT_EQ(slow.crc_errors(), 0);
   EXPECT_EQ(slow.overruns(), 4);
-  EXPECT_EQ(slow.firmware(), 5);
+  EXPECT_EQ(slow.firmware(), 6);
   EXPECT_EQ(slow.restart(), kPowerOn);
+}
+
+// Each once, on the next page after it; and what did not happen is not told.
+TEST(McuCore, TellsThatItsBoundActedAndThatSilenceLetGo) {
+  Bench bench;
+  FrameDecoder decoder;
+  SlowValues slow;
+  int pages = 0, bounded = 0, sagged = 0;
+  const auto hear = [&](int loops) {
+    pages = bounded = sagged = 0;
+    for (int k = 0; k < loops; ++k) {
+      bench.held_loop();
+      std::uint8_t wire[kWireBytes];
+      if (!bench.core.telemetry(wire)) continue;
+      for (const std::uint8_t byte : wire) {
+        if (!decoder.push(byte)) continue;
+        const Telemetry telemetry = unpack_telemetry(decoder.payload());
+        slow.take(telemetry);
+        if (slow_page(telemetry.seq) != SlowPage::kCommandEcho) continue;
+        ++pages;
+        bounded += (slow.happened() & kBounded) != 0, sagged += (slow.happened() & kSagged) != 0;
+      }
+    }
+  };
+  const auto frames = [&](int count, double f_ref) {
+    int all[3] = {};
+    for (int i = 0; i < count; ++i) {
+      bench.send(Mode::kTorque, 0, 0, f_ref);
+      hear(2);
+      all[0] += pages, all[1] += bounded, all[2] += sagged;
+    }
+    pages = all[0], bounded = all[1], sagged = all[2];
+  };
+  bench.activate(Mode::kTorque);
+  frames(160, 0.05);
+  EXPECT_EQ(pages, 10);
+  EXPECT_EQ(bounded + sagged, 0);
+  frames(4, 3), frames(16, 3);  // 3 N m at once are 375 rad/s2, and the bound is 88
+  EXPECT_EQ(bounded, 1);
+  frames(200, 0);
+  for (int n = 0; n < 5; ++n) {
+    hear(60);
+    int told = sagged;
+    frames(40, 0), told += sagged;
+    EXPECT_EQ(told, 1) << n;
+  }
+  hear(400);
+  EXPECT_EQ(sagged, 1);
+  EXPECT_EQ(slow.faults(), kWatchdog);
+  hear(400);
+  EXPECT_EQ(bounded + sagged, 0);
 }
 
 TEST(McuCore, TellsTheNumberOfTheNewestCommandInTwelveBitsWhateverWasLostBefore) {

@@ -116,6 +116,10 @@ class McuAxis {
     if (page == mcu::SlowPage::kCurrent) sensed_.device.motor_current = slow_.motor_current_a();
     if (page == mcu::SlowPage::kTemperatureC) sensed_.device.surface_temperature = slow_.temperature_c();
     if (page == mcu::SlowPage::kFaults) sensed_.device.fault = fault_of(slow_.faults());
+    if (page == mcu::SlowPage::kCommandEcho) {
+      sensed_.device.bounded = (slow_.happened() & mcu::kBounded) != 0;
+      counters_.sagged += (slow_.happened() & mcu::kSagged) != 0 ? 1 : 0;
+    }
   }
 
   void tell_line() noexcept {

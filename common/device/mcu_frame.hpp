@@ -58,11 +58,16 @@ enum class SlowPage : uint8_t {
   kFramingErrors,
   kOverruns,
   kFirmware,
-  kCommandEcho,  // newest command: mode in bits 4-5, seq below
+  kCommandEcho,  // newest command: mode in bits 4-5, seq below; what happened since the last such page: Happened
   kRestart,      // why the MCU started last, bits 0-3; how often it restarted, bits 4-7
   kCurrent,
   kNumberHigh,  // bits 4-11 of the newest command's number,
   kNumberLow,   // bits 0-7 of it, a frame later: each is the newest when its own frame is made
+};
+// Bits beside the echo of a command.
+enum Happened : uint8_t {
+  kBounded = 64,  // the bound at the hand took off some of what was asked for
+  kSagged = 128,  // silence let go of the torque; SAFE if it lasted
 };
 // Bits of the fault page. All but kWatchdog keep the MCU out of the active states: kPatientStop until it is released,
 // the others until the MCU is reset.

@@ -65,6 +65,7 @@ class SlowValues {
   std::uint8_t restart() const noexcept { return byte(SlowPage::kRestart); }
   double motor_current_a() const noexcept { return byte(SlowPage::kCurrent) / double{kCurrentCountsPerA}; }
   std::uint8_t command_seq() const noexcept { return byte(SlowPage::kCommandEcho) & 15; }
+  std::uint8_t happened() const noexcept { return byte(SlowPage::kCommandEcho) & (kBounded | kSagged); }
 
  private:
   static std::int16_t joined(std::uint8_t high, std::uint8_t low) noexcept {

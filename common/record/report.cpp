@@ -216,6 +216,7 @@ std::string counters_table(const Session& session) {
       {"serial line: command and echo, least (us)", &StationCounters::serial_need_us},
       {"serial line: command and echo, most (us)", &StationCounters::serial_most_us},
       {"serial echoes 10 ms late", &StationCounters::serial_warned},
+      {"torque let go by the MCU", &StationCounters::serial_sagged},
   };
   std::string out =
       "<table><tr><th>counted by the stations</th><th class=\"n\">master</th><th class=\"n\">slave</th></tr>\n";

@@ -72,6 +72,7 @@ void encode(const StationCounters& counters, record::Counters& message) {
   message.set_serial_need_us(counters.serial_need_us);
   message.set_serial_most_us(counters.serial_most_us);
   message.set_serial_warned(counters.serial_warned);
+  message.set_serial_sagged(counters.serial_sagged);
   message.set_record_overflow(counters.record_overflow);
   message.set_record_unwritten(counters.record_unwritten);
   message.set_rejected_foreign(counters.rejected_foreign);
@@ -152,6 +153,7 @@ StationCounters decode(const record::Counters& message) {
   counters.serial_need_us = message.serial_need_us();
   counters.serial_most_us = message.serial_most_us();
   counters.serial_warned = message.serial_warned();
+  counters.serial_sagged = message.serial_sagged();
   counters.record_overflow = message.record_overflow();
   counters.record_unwritten = message.record_unwritten();
   counters.rejected_foreign = message.rejected_foreign();

@@ -62,7 +62,7 @@ struct StationCounters {
   std::uint64_t rejected_foreign = 0, dropped_too_long = 0, dropped_by_kernel = 0, dropped_handshake = 0,
                 send_failed = 0;
   // A command on the serial line and its echo: the least and the most that they took; how many took 10 ms more.
-  std::uint64_t serial_need_us = 0, serial_most_us = 0, serial_warned = 0;
+  std::uint64_t serial_need_us = 0, serial_most_us = 0, serial_warned = 0, serial_sagged = 0;
 };
 
 // What a wall clock measured; NaN where nobody did. The worse of the two sides.

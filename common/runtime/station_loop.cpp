@@ -161,6 +161,7 @@ StationCounters StationLoop::counted() const noexcept {
   total.serial_need_us = static_cast<std::uint64_t>(std::lround(1e6 * serial.need_s));
   total.serial_most_us = static_cast<std::uint64_t>(std::lround(1e6 * serial.most_age_s));
   total.serial_warned = serial.warned;
+  total.serial_sagged = serial.sagged;
   return total;
 }
 

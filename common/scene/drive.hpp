@@ -106,6 +106,7 @@ class ReferenceDrive {
   }
 
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
+    bounded_ = sensed.device.bounded;
     return {sensed.x, ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x), sensed.f};
   }
 
@@ -137,13 +138,14 @@ class ReferenceDrive {
     return local.f;
   }  // its spring, as far as the hand feels it
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
-  std::uint32_t spared() const noexcept { return 0; }  // that is up to the device
+  // By which the device spares the person in it.
+  std::uint32_t spared() const noexcept { return bounded_ ? kLimitDevice : 0u; }
 
  private:
   Derivative<N> derivative_;
   ReferenceGate<N> gate_;
   double spring_;  // N m/rad
-  bool asks_torque_ = false;
+  bool asks_torque_ = false, bounded_ = false;
 };
 
 extern template class DirectDrive<1>;

@@ -26,6 +26,7 @@ enum class LineQuality : std::uint8_t {
 // What a device tells besides, slowly, where it can.
 struct DeviceReadings {
   DeviceFault fault = DeviceFault::kNone;
+  bool bounded = false;                       // it spares the person in it, by less than was asked for
   std::optional<double> motor_current;        // A
   std::optional<double> surface_temperature;  // deg C, of the motor
 };

@@ -217,7 +217,7 @@ class OrthosisCore {
   int32_t motor_velocity_ = 0;
 
   uint16_t loops_since_telemetry_ = 0, number_ = 0;
-  uint8_t telemetry_seq_ = 63, echo_ = 0, low_byte_ = 0, restart_;
+  uint8_t telemetry_seq_ = 63, echo_ = 0, happened_ = 0, low_byte_ = 0, restart_;
 };
 
 // The core with the parameters of a scene.

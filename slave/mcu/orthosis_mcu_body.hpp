@@ -6,7 +6,7 @@
 
 namespace farhand {
 namespace mcu {
-constexpr uint8_t kFirmware = 5;
+constexpr uint8_t kFirmware = 6;
 constexpr uint8_t kFramesToStart = 3;
 constexpr uint8_t kLatched = kJointEncoder | kMotorEncoder | kSpringTorque | kOverrun | kPatientStop | kSpringSensor;
 
@@ -213,7 +213,10 @@ void OrthosisCore<P>::supervise(const McuInput& input) {
   if (silent_loops_ <= p().watchdog_loops) ++silent_loops_;
   const bool silent = silent_loops_ > p().watchdog_loops;
   if (phase_ == Phase::kSafe && silent) safe_seen_ = false, consistent_ = 0;
-  if (phase_ == Phase::kActive && silent) let_go(Phase::kFading, p().ramp_loops);
+  if (phase_ == Phase::kActive && silent) {
+    let_go(Phase::kFading, p().ramp_loops);
+    happened_ |= kSagged;
+  }
   if ((faults_ & kLatched) != 0 && (phase_ == Phase::kActive || phase_ == Phase::kFading)) {
     let_go(Phase::kLettingGo, p().stop_loops);
   }
@@ -263,7 +266,9 @@ void OrthosisCore<P>::move_torque_command() {
       bump_step_ = times(magnitude(bump_), p().per_ramp_loop) + 1;
     }
     bump_ = towards(bump_, 0, bump_step_);
-    const int32_t wanted = limited(bounded(free + bump_) + tau_dis_, tau_allowed_);
+    const int32_t asked = free + bump_, given = bounded(asked);
+    if (given != asked) happened_ |= kBounded;
+    const int32_t wanted = limited(given + tau_dis_, tau_allowed_);
     tau_command_ = towards(tau_command_, wanted, p().torque_step);
   } else if (phase_ == Phase::kFading || phase_ == Phase::kLettingGo) {
     tau_command_ = towards(tau_command_, 0, let_go_step_);
@@ -366,7 +371,9 @@ uint8_t OrthosisCore<P>::slow_byte(SlowPage page) {
     case SlowPage::kCommandEcho:
       break;
   }
-  return echo_;
+  const uint8_t echo = static_cast<uint8_t>(echo_ | happened_);
+  happened_ = 0;
+  return echo;
 }
 
 }  // namespace mcu
