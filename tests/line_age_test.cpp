@@ -8,6 +8,7 @@
 
 #include "common/config/load.hpp"
 #include "tests/lab/fault_rig.hpp"
+#include "tests/support/unwinding.hpp"
 
 namespace farhand {
 namespace {
@@ -123,8 +124,11 @@ std::optional<double> off_after(const Lag& lag) {
   return std::nullopt;
 }
 
-void expect_known(const Lag& lag) {
+// The line of it: Off within 50 ms of passing 20 ms. A lag that is there at once passes 20 ms after 20 ms, so that it
+// is Off within 70 ms of its step.
+void expect_known(const Lag& lag, double& latest_ms) {
   const std::optional<double> after = off_after(lag);
+  latest_ms = std::max(latest_ms, after.value_or(0));
   if (lag.most > kLimit) {
     ASSERT_TRUE(after) << lag.name();
     EXPECT_LE(*after, 50) << lag.name();
@@ -134,39 +138,45 @@ void expect_known(const Lag& lag) {
 }
 
 TEST(LineAge, BeyondTwentyMillisecondsIsOffWithinFiftyEitherWayHoweverItGrew) {
+  double latest_ms = 0;
   for (const Direction way : {Direction::kToMcu, Direction::kFromMcu}) {
     for (const Nanoseconds most : {16, 20, 32, 50, 100, 400}) {
-      expect_known({way, most * kMs, kAtOnce, 1.0});
-      if (most > 20) expect_known({way, most * kMs, 100, most % 3 == 0 ? 1.005 : 0.995});
+      expect_known({way, most * kMs, kAtOnce, 1.0}, latest_ms);
+      if (most > 20) expect_known({way, most * kMs, 100, most % 3 == 0 ? 1.005 : 0.995}, latest_ms);
     }
-    expect_known({way, 16 * kMs, 10, 1.005});
-    expect_known({way, 24 * kMs, 10, 0.995});
+    expect_known({way, 16 * kMs, 10, 1.005}, latest_ms);
+    expect_known({way, 24 * kMs, 10, 0.995}, latest_ms);
   }
+  std::printf("Off at the latest %.0f ms after the line passed 20 ms\n", latest_ms);
 }
 
 TEST(NightlyLineAge, BeyondTwentyMillisecondsIsOffWithinFiftyAtEverySpeedAndClock) {
+  double latest_ms = 0;
   for (const Direction way : {Direction::kToMcu, Direction::kFromMcu}) {
     for (const Nanoseconds most : {16, 20, 32, 50, 100, 400}) {
       for (const double growth : {0.1, 1.0, 10.0, 100.0, 0.0}) {
-        for (const double clock : {0.995, 1.0, 1.005}) expect_known({way, most * kMs, growth, clock});
+        for (const double clock : {0.995, 1.0, 1.005}) expect_known({way, most * kMs, growth, clock}, latest_ms);
       }
     }
   }
+  std::printf("Off at the latest %.0f ms after the line passed 20 ms\n", latest_ms);
 }
 
-// The patient's stop at the box, pressed some time after the line began to lag: ms until the orthosis is told no torque
-// any more, and until its spring has none: from
-// then on the hand swings by itself.
+// The patient's stop at the box, pressed some time after the line began to lag: ms until the orthosis commands no
+// torque any more, for good, and until its spring has none: from then on the hand swings by itself.
 struct Stopped {
   double told_ms, spring_ms, line_ms;
-  bool ceased;  // the MCU had heard nothing new for longer than its watchdog waits
+  double free_by_ms;  // by the motor's speed
+  bool ceased;        // the MCU had heard nothing new for longer than its watchdog waits
 };
 Stopped stop(const Lag& lag, Nanoseconds at) {
   Session session;
   session.rig.cable.mcu_clock = lag.mcu_clock;
   session.press();
   EXPECT_TRUE(session.engaged()) << lag.name();
-  Stopped result{-1, -1, 0, false};
+  Stopped result{0, -1, 0, 0, false};
+  const SeriesElasticParams::Actuator actuator;
+  constexpr double kHand = 5;  // N m/rad
   for (Nanoseconds since = 0; since < at + 2 * kSecond; since += kMs) {
     lag.put_on(session.rig.cable, since);
     if (since == at) {
@@ -175,27 +185,30 @@ Stopped stop(const Lag& lag, Nanoseconds at) {
       result.ceased = lag.way == Direction::kToMcu && lag.growth_ms_per_s == kAtOnce && lag.most > kLimit;
     }
     session.rig.tick();
-    if (since < at) continue;
     const double ms = static_cast<double>(since - at) / kMs;
-    const bool free = std::abs(session.rig.orthosis()->world().truth().spring_torque) < 0.1;
-    if (result.told_ms < 0 && session.rig.lets_go()) result.told_ms = ms;
+    const double torque = std::abs(session.rig.orthosis()->world().truth().spring_torque);
+    const bool free = torque < kUnwoundNm;
+    if (session.rig.orthosis()->core().torque_command() != 0) {
+      const double at_best = fastest_unwinding_s(actuator, kHand, torque);
+      result.told_ms = std::max(0.0, ms + 1);
+      result.free_by_ms = ms + 1 + 1e3 * (at_best + swing_s(actuator, kHand) + kUnwindingLoopS);
+    }
+    if (since < at) continue;
     if (result.spring_ms < 0 && free) result.spring_ms = ms;
   }
   return result;
 }
 
-constexpr double kUnwound = 100;  // ms
-
 void expect_stopped(const Lag& lag, Nanoseconds at) {
   const Stopped s = stop(lag, at);
   const double bound = s.ceased ? s.line_ms < 70 ? s.line_ms + 22 : 20 + 50 + 2 : 2 + s.line_ms + 20;
   const std::string name = lag.name() + ", stopped after " + std::to_string(at / kMs) + " ms";
-  EXPECT_GE(s.told_ms, 0) << name;
   EXPECT_LE(s.told_ms, bound) << name;
-  // Then the spring unwinds, as after any stop.
+  // Then the spring unwinds, as fast as the motor turns.
   EXPECT_GE(s.spring_ms, 0) << name;
-  EXPECT_LE(s.spring_ms, s.told_ms + kUnwound) << name;
-  std::printf("%-60s told %4.0f spring %4.0f bound %4.0f ms\n", name.c_str(), s.told_ms, s.spring_ms, bound);
+  EXPECT_LE(s.spring_ms, s.free_by_ms) << name;
+  std::printf("%-60s told %4.0f of %4.0f ms, spring %4.0f of %4.0f ms\n", name.c_str(), s.told_ms, bound, s.spring_ms,
+              s.free_by_ms);
 }
 
 TEST(LineAge, ThePatientsStopIsNoLaterThanTheLineHoweverItLags) {

@@ -7,6 +7,7 @@
 #include "common/device/mcu_si.hpp"
 #include "slave/mcu/emulator.hpp"
 #include "tests/support/mcu_bench.hpp"
+#include "tests/support/unwinding.hpp"
 
 namespace farhand::mcu {
 namespace {
@@ -91,6 +92,56 @@ TEST(PatientStop, LetsTheSpringGoSlackWhileItStands) {
   bench.stop = true;
   bench.loops(10);
   EXPECT_NEAR(to_rad_s(bench.loop(100).motor_velocity), -10 * 10 * 100 * 2 * M_PI / 20000, 0.01);  // gain * k * stretch
+}
+
+// No torque is commanded 2 ms after the press. What the spring still has then is bounded by the motor's speed alone: a
+// rigid hand is free as soon as any law could do it, within 7 ms; one that yields, within a quarter of its swing of it.
+TEST(PatientStop, UnwindsTheSpringAsFastAsTheMotorTurns) {
+  constexpr double kRigid = 1000;  // N m/rad
+  for (const double inertia : {0.7, 1.0, 1.5}) {
+    for (const double motor_speed : {4.0, 8.0}) {
+      for (const double stiffness : {2.0, 5.0, 20.0, kRigid}) {
+        for (const double torque : {0.3, 0.6, 1.0, 1.7, 2.9}) {
+          if (torque / stiffness > 0.345) continue;
+          OrthosisEmulator::Params p;
+          p.mcu = with_ample_power();
+          p.world.actuator.J *= inertia;
+          p.world.actuator.motor_speed_limit = p.mcu.motor_speed_limit = motor_speed;
+          p.world.environment.hand = Hand::Params{stiffness, 0.02, 0, 0, 1e9};
+          OrthosisEmulator orthosis(p);
+          std::uint8_t seq = 0, wire[kWireBytes];
+          const auto loops = [&](int count) {
+            for (int k = 0; k < count; ++k) orthosis.tick(wire);
+          };
+          const auto frame = [&](mcu::Mode mode, double f_ref) {
+            encode(make_command(mode, seq++, 0, 0, f_ref), wire);
+            for (const std::uint8_t byte : wire) orthosis.receive(byte);
+            loops(2);
+          };
+          frame(mcu::Mode::kSafe, 0);
+          for (int ms = 0; ms < 3000; ++ms) frame(mcu::Mode::kTorque, torque * std::min(1.0, ms / 1500.0));
+          const double pressed = orthosis.world().truth().spring_torque;
+          ASSERT_NEAR(pressed, torque, 0.01);
+          orthosis.press_stop(true);
+          loops(kStopLoops);
+          ASSERT_EQ(orthosis.core().torque_command(), 0);
+          double took = kStopLoops / p.mcu.loop_hz;
+          for (; orthosis.world().truth().spring_torque > kUnwoundNm; took += 1 / p.mcu.loop_hz) loops(1);
+          const double best = fastest_unwinding_s(p.world.actuator, stiffness, pressed);
+          const double stop = p.mcu.stop_ramp_s, swing = swing_s(p.world.actuator, stiffness);
+          const std::string name = std::to_string(pressed) + " N m on " + std::to_string(stiffness) +
+                                   " N m/rad: " + std::to_string(1e3 * took) + " ms, at best " +
+                                   std::to_string(1e3 * best);
+          if (stiffness == kRigid) {
+            EXPECT_GE(took, best - 0.001) << name;
+            EXPECT_LE(took, best + kUnwindingLoopS) << name;
+          }
+          EXPECT_LE(took, best + stop + kUnwindingLoopS + swing) << name;
+          if (inertia == 1 && motor_speed == 4) std::printf("%s\n", name.c_str());
+        }
+      }
+    }
+  }
 }
 
 TEST(PatientStop, EndsWhatSilenceLeftOpen) {
