@@ -88,7 +88,9 @@ TEST(Flood, OfTwentyDatagramsForEachPacketLosesNone) {
 TEST(Flood, EachKindOfDropIsCountedRecordedAndShown) {
   Flooded flooded;
   flooded.link.dropped = {.too_long = 1, .by_kernel = 20, .foreign = 300, .handshake = 4000, .send_failed = 50'000};
-  const StationCounters counted = flooded.loop.counters({});
+  StationCounters counted = flooded.loop.counters({});
+  EXPECT_EQ(counted.cut_ticks, 0u);
+  counted.cut_ticks = 600'000;
   record::Counters message;
   encode(counted, message);
   const StationCounters read = decode(message);
@@ -98,10 +100,13 @@ TEST(Flood, EachKindOfDropIsCountedRecordedAndShown) {
     EXPECT_EQ(c.rejected_foreign, 300u);
     EXPECT_EQ(c.dropped_handshake, 4000u);
     EXPECT_EQ(c.send_failed, 50'000u);
+    EXPECT_EQ(c.cut_ticks, 600'000u);
   }
   EXPECT_EQ(format_live_status({}).find("dropped"), std::string::npos) << "nothing to say";
-  EXPECT_NE(format_live_status({.dropped = 4321, .unsent = 50'000}).find("  dropped 4321  not sent 50000"),
-            std::string::npos);
+  EXPECT_EQ(format_live_status({}).find("cut"), std::string::npos);
+  EXPECT_NE(
+      format_live_status({.dropped = 4321, .unsent = 50'000, .cut = 7}).find("  dropped 4321  not sent 50000  cut 7"),
+      std::string::npos);
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ void expect_nothing_unsafe(std::uint64_t seed) {
           side.fault = {};
       }
     };
-    for (int k = 0; k < 60'000; ++k) {
+    for (int k = 0; k < 80'000; ++k) {
       const std::uint64_t dice = random() % 8000;
       const OperatorAct led = identification ? OperatorAct::kIdentify : OperatorAct::kHome;
       if (dice < 40) pair.act = dice < 20 ? OperatorAct::kEngage : dice < 30 ? OperatorAct::kReset : led;

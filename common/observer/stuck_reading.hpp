@@ -70,7 +70,7 @@ class StuckReading {
 
  private:
   static constexpr int kLongest = 8;                   // ticks
-  static constexpr double kSure = 1.5, kDoubts = 1.0;  // times what is hidden
+  static constexpr double kSure = 2.0, kDoubts = 1.0;  // times what is hidden
   bool judges_;
   double x_noise_, v_noise_, a_noise_;  // what one count may make of each, rad, rad/s, rad/s2
   double lag_s_, dt_s_;

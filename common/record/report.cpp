@@ -210,6 +210,7 @@ std::string counters_table(const Session& session) {
       {"dropped by the system: too long, or no room", &StationCounters::dropped_by_kernel},
       {"dropped: handshakes beyond their share", &StationCounters::dropped_handshake},
       {"not sent: refused by the system", &StationCounters::send_failed},
+      {"ticks in which the peer's wish was cut", &StationCounters::cut_ticks},
       {"serial frames sent", &StationCounters::serial_sent},
       {"serial frames received", &StationCounters::serial_received},
       {"serial CRC errors", &StationCounters::serial_crc_errors},

@@ -73,6 +73,7 @@ void encode(const StationCounters& counters, record::Counters& message) {
   message.set_serial_most_us(counters.serial_most_us);
   message.set_serial_warned(counters.serial_warned);
   message.set_serial_sagged(counters.serial_sagged);
+  message.set_cut_ticks(counters.cut_ticks);
   message.set_record_overflow(counters.record_overflow);
   message.set_record_unwritten(counters.record_unwritten);
   message.set_rejected_foreign(counters.rejected_foreign);
@@ -154,6 +155,7 @@ StationCounters decode(const record::Counters& message) {
   counters.serial_most_us = message.serial_most_us();
   counters.serial_warned = message.serial_warned();
   counters.serial_sagged = message.serial_sagged();
+  counters.cut_ticks = message.cut_ticks();
   counters.record_overflow = message.record_overflow();
   counters.record_unwritten = message.record_unwritten();
   counters.rejected_foreign = message.rejected_foreign();

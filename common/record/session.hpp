@@ -63,6 +63,7 @@ struct StationCounters {
                 send_failed = 0;
   // A command on the serial line and its echo: the least and the most that they took; how many took 10 ms more.
   std::uint64_t serial_need_us = 0, serial_most_us = 0, serial_warned = 0, serial_sagged = 0;
+  std::uint64_t cut_ticks = 0;  // in which something that the peer said was cut at the intake, as TickTrace::cuts
 };
 
 // What a wall clock measured; NaN where nobody did. The worse of the two sides.

@@ -55,7 +55,7 @@ std::string format_live_status(const LiveStatus& s) {
     line = shown;
   }
   if (s.line_slow) line.append("  ").append(kLineSlowSentence);
-  return text + line + count_text("dropped", s.dropped) + count_text("not sent", s.unsent) +
+  return text + line + count_text("dropped", s.dropped) + count_text("not sent", s.unsent) + count_text("cut", s.cut) +
          limits_text("therapist", s.therapist_limits) + limits_text("patient", s.patient_limits);
 }
 

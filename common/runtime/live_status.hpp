@@ -26,6 +26,7 @@ struct LiveStatus {
   bool line_slow = false;                                  // it was refused for what it needs
   std::uint32_t therapist_limits = 0, patient_limits = 0;  // LimitBit, those that are near too
   std::uint64_t dropped = 0, unsent = 0;                   // datagrams that were not taken, and that did not leave
+  std::uint64_t cut = 0;  // ticks in which the peer wished for more than may be asked of this side
 };
 
 inline constexpr const char* kLineSlowSentence =

@@ -121,6 +121,7 @@ void StationLoop::show(double t_s) noexcept {
   const StationCounters totals = counted();
   s.dropped = dropped(totals);
   s.unsent = totals.send_failed;
+  s.cut = totals.cut_ticks;
   const SerialCounters serial = side_.serial_counters();
   s.line_s = serial.age_s > 0 ? serial.age_s : unknown;
   s.line_lags = serial.warns;
@@ -154,6 +155,7 @@ StationCounters StationLoop::counted() const noexcept {
   total.dropped_by_kernel = drops.by_kernel;
   total.dropped_handshake = drops.handshake;
   total.send_failed = drops.send_failed;
+  total.cut_ticks = side_.trace().cuts;
   const SerialCounters serial = side_.serial_counters();
   total.serial_sent = serial.sent;
   total.serial_received = serial.received;
@@ -212,6 +214,12 @@ void print_drops(const char* role, const StationCounters& c) {
       number(c.rejected_session), number(c.rejected_expired), number(c.rejected_not_finite), number(c.send_failed));
 }
 
+void print_cuts(const char* role, const StationCounters& c) {
+  if (c.cut_ticks == 0) return;
+  std::printf("farhand-%s: cut: in %llu ticks the other side wished for more than may be asked of this one\n", role,
+              static_cast<unsigned long long>(c.cut_ticks));
+}
+
 }  // namespace
 
 int run_station(const StationSession& session) {
@@ -239,6 +247,7 @@ int run_station(const StationSession& session) {
   print_loop(role, stats);
   if (const ChannelCounters* security = session.link.security()) print_security(role, *security);
   print_drops(role, counters);
+  print_cuts(role, counters);
   return exit_code(stats, session.side, session.link);
 }
 

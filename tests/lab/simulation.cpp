@@ -114,6 +114,7 @@ class Run {
     counters.serial_crc_errors = side.serial_counters().crc_errors;
     counters.ticks = counters.sent = static_cast<std::uint64_t>(ticks);
     counters.rejected_format = rejected;
+    counters.cut_ticks = side.trace().cuts;
     return counters;
   }
 
