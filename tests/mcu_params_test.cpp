@@ -60,14 +60,16 @@ TEST(McuParams, WhatDoesNotFitIsRefusedByName) {
   EXPECT_EQ(refused([](McuSettings&) {}), "accepted");
 }
 
-// v_allow = min(v_max, P / (torque + 0.1 N m)), in the middle of each step of 1/32 N m, times J_n k_B.
+// v_allow = min(v_max, P / (torque + 0.1 N m)), and to a third of a rad/s at the torque limit, in the middle of each
+// step of 1/32 N m, times J_n k_B.
 TEST(McuParams, TheTableOfAllowedSpeedsIsThePowerOverTheTorque) {
   McuSettings settings;
   settings.power_limit = 2, settings.velocity_limit = 4;
   const McuParams p = make_mcu_params(settings);
   for (int step = 0; step < kResistanceSteps; ++step) {
     const double torque = (step + 0.5) / 32;
-    EXPECT_NEAR(to_nm(p.allowed_speed[step]), settings.J_n * 22 * std::min(4.0, 2 / (torque + 0.1)), 1e-7);
+    const double v_allow = std::min({4.0, 2 / (torque + 0.1), std::max(5 * (1.07 - torque / 3), 0.0)});
+    EXPECT_NEAR(to_nm(p.allowed_speed[step]), settings.J_n * 36 * v_allow, 1e-7);
   }
 }
 

@@ -36,7 +36,6 @@ constexpr std::string_view kFreeToChange[] = {"two_channel_po_pc",
                                               "zero_delay free sine",
                                               "zero_delay power",
                                               "four_channel_mediated power",
-                                              "sea_four_channel_mediated free sine",
                                               "sea_four_channel_mediated power",
                                               "spastic FOUR_CHANNEL 1 0.",
                                               "spastic FOUR_CHANNEL_TANK",
@@ -60,10 +59,9 @@ constexpr Taken kTaken[] = {{"zero_delay free sine", 1, 0.024},
                             {"zero_delay power", 1, 0.022},
                             {"zero_delay power", 2, 0.0015},
                             {"four_channel_mediated power", 2, 0.002},
-                            {"sea_four_channel_mediated free sine", 2, 0.0165},
-                            {"sea_four_channel_mediated power", 1, 0.031},
-                            {"sea_four_channel_mediated power", 2, 0.033},
-                            {"sea_four_channel_mediated power", 3, 0.26}};
+                            {"sea_four_channel_mediated power", 1, 0.018},
+                            {"sea_four_channel_mediated power", 2, 0.0125},
+                            {"sea_four_channel_mediated power", 3, 0.1}};
 double taken(std::string_view session, int column) {
   for (const Taken& one : kTaken) {
     if (one.session == session && one.column == column) return one.most;

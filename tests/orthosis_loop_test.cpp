@@ -52,7 +52,7 @@ bool comes_to_rest(const OrthosisLoop& loop) {
   settings.spring_gain = loop.spring_gain;
   settings.torque_rate_limit = 1e15;
   settings.motor_speed_limit = 1e12;
-  settings.power_limit = settings.velocity_limit = settings.range_max = 1e12;  // the law alone
+  settings.power_limit = settings.velocity_limit = settings.torque_limit = settings.range_max = 1e12;  // the law alone
   settings.range_min = -1e12;
   mcu::McuReference law(settings);
   ExactOrthosis plant(loop);

@@ -14,7 +14,8 @@ constexpr double kVelocityUnits = 1 << kVelocityBits;
 constexpr double kTorqueUnits = 1 << kTorqueBits;
 // The bound at the hand (orthosis_mcu.hpp): found by tests/mcu_rogue_test.cpp as the fastest that keeps its lines with
 // the loops of the default scene.
-constexpr double kBoundRate = 22, kEndStiffness = 1400, kEndRate = 70;  // 1/s, 1/s2, 1/s
+constexpr double kBoundRate = 36, kEndStiffness = 1400, kEndRate = 70;  // 1/s, 1/s2, 1/s
+constexpr double kSpeedShare = 1.25, kTorqueShare = 1.07;               // near the torque limit
 constexpr double kUnknownTorque = 0.1;                                  // N m, besides what is known to resist
 
 // NaN is outside every range.
@@ -111,7 +112,9 @@ McuParams make_mcu_params(const McuSettings& s) {
   within("power_limit", s.power_limit, 1e-3, 1e4);
   for (int step = 0; step < kResistanceSteps; ++step) {
     const double resisting = (step + 0.5) * (1 << kResistanceShift) / kTorqueUnits;
-    const double v_allow = std::fmin(s.velocity_limit, s.power_limit / (resisting + kUnknownTorque));
+    const double by_power = s.power_limit / (resisting + kUnknownTorque);
+    const double by_torque = kSpeedShare * s.velocity_limit * std::fmax(kTorqueShare - resisting / s.torque_limit, 0.0);
+    const double v_allow = std::fmin(s.velocity_limit, std::fmin(by_power, by_torque));
     p.allowed_speed[step] = rounded(std::fmin(J_k_B * v_allow, 16) * kTorqueUnits);
   }
   p.x_min = rounded(s.range_min * kAngleUnits);

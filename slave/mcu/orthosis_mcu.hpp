@@ -15,13 +15,15 @@
 //
 // The bound at the hand is the same in both modes, whatever frames come. Towards x_max, and alike towards x_min,
 //
-//   a_ref <= k_B (v_allow - v),   v_allow = min(v_max, P / (torque + 0.1 N m))     k_B = 22/s
-//   a_ref <= k_E (x_max - x) - k_D v                                                k_E = 1400/s2, k_D = 70/s
+//   a_ref <= k_B (v_allow - max(v, 0))
+//   v_allow = min(v_max, P / (torque + 0.1 N m), 1.25 v_max (1.07 - torque / limit))
+//   a_ref <= k_E (x_max - x) - k_D v                              k_B = 36/s, k_E = 1400/s2, k_D = 70/s
 //
 // where torque is what resists that direction: the spring's, known without lag, or tau_dis, the larger. So what is
-// allowed follows from torque, speed and angle now, and not from power that was given already. k_B above 25/s lets the
-// motor, which is slow, swing against a hand of 20 N m/rad; 20/s towards an end, k_E / k_D, is what it still stops
-// from.
+// allowed follows from torque, speed and angle now, and not from power that was given already. The motor is slow: were
+// more allowed while the hand comes back (v < 0), what it gives would come when the hand has turned, and a hand of 20 N
+// m/rad would swing from 25/s on. Near the torque limit a hand is slow enough to be stopped within it. 20/s towards an
+// end, k_E / k_D, is what it still stops from.
 //
 // Letting go is one and the same, whoever asks for it and whatever ends it: the torque commanded goes to zero in 2 ms,
 // and the spring unwinds as fast as the motor turns. The motor is what makes that gentle: 40 N m/s at 4 rad/s and

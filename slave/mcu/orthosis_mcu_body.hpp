@@ -242,8 +242,15 @@ int32_t OrthosisCore<P>::allowed_speed(int32_t resisting) const {
 template <class P>
 int32_t OrthosisCore<P>::bounded(int32_t acceleration) const {
   const int32_t brake = times(v_, p().k_B), brake_at_end = times(v_, p().k_D);
-  const int32_t up = allowed_speed(larger(tau_spring_, tau_dis_)) - brake;
-  const int32_t down = -allowed_speed(-smaller(tau_spring_, tau_dis_)) - brake;
+  int32_t up = allowed_speed(larger(tau_spring_, tau_dis_));
+  int32_t down = -allowed_speed(-smaller(tau_spring_, tau_dis_));
+  if (brake > 0) {
+    up -= brake;
+    down = smaller(down, up);
+  } else {
+    down -= brake;
+    up = larger(up, down);
+  }
   const int32_t up_to_end = times(p().x_max - x_, p().k_E) - brake_at_end;
   const int32_t down_to_end = times(p().x_min - x_, p().k_E) - brake_at_end;
   return clamp(acceleration, larger(down, down_to_end), smaller(up, up_to_end));

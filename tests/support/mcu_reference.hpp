@@ -44,7 +44,8 @@ class McuReference {
   // By torque that resists, which the core knows in steps of 1/32 N m.
   double v_allow(double resisting) const {
     const double known = (std::clamp(std::floor(resisting * 32), 0.0, 127.0) + 0.5) / 32;
-    return std::min(s.velocity_limit, s.power_limit / (known + 0.1));
+    const double by_torque = 1.25 * s.velocity_limit * std::max(1.07 - known / s.torque_limit, 0.0);
+    return std::min({s.velocity_limit, s.power_limit / (known + 0.1), by_torque});
   }
 
   McuSettings s;
@@ -53,10 +54,12 @@ class McuReference {
 
  private:
   double drive(double a_ref, double tau_allowed) {
-    constexpr double k_B = 22, k_E = 1400, k_D = 70;
-    const double up = std::min(k_B * (v_allow(std::max(tau_spring, tau_dis)) - v), k_E * (s.range_max - x) - k_D * v);
-    const double down =
-        std::max(k_B * (-v_allow(-std::min(tau_spring, tau_dis)) - v), k_E * (s.range_min - x) - k_D * v);
+    constexpr double k_B = 36, k_E = 1400, k_D = 70;
+    double up = k_B * (v_allow(std::max(tau_spring, tau_dis)) - std::max(v, 0.0));
+    double down = -k_B * (v_allow(-std::min(tau_spring, tau_dis)) + std::min(v, 0.0));
+    (v > 0 ? down : up) = v > 0 ? std::min(down, up) : std::max(down, up);
+    up = std::min(up, k_E * (s.range_max - x) - k_D * v);
+    down = std::max(down, k_E * (s.range_min - x) - k_D * v);
     bounded = a_ref > up || a_ref < down;
     const double wanted = std::clamp(s.J_n * std::clamp(a_ref, down, up) + tau_dis, -tau_allowed, tau_allowed);
     const double step = s.torque_rate_limit / s.loop_hz;
