@@ -126,7 +126,8 @@ void add_network(Catalogue& all) {
         };
         r.forward.content = during(s, 2 * kSecond) ? speak : decltype(r.forward.content)();
       },
-      [](At at) { return at == At::kFree ? shaken(1250) : rides(at); });
+      // In contact the bound at the hand takes off much of it, and what is left is known later, within its 2 s.
+      [](At at) { return at == At::kHolding ? rides(at) : shaken(at == At::kFree ? 1250 : 2000); });
   all.add(
       "wrong key", {At::kReady, At::kContact},
       [](R& r, N s) {
