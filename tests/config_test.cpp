@@ -280,6 +280,11 @@ TEST(Load, ChecksWhatMustFitTogether) {
       complaint(kBase + "master { therapist { intended { duration_s: 1 ramp_to_rad: 0.1 sine_amplitude_rad: 0.1 } } }"),
       "FILE:3:22: master.therapist.intended[0] gives both ramp_to_rad and sine_amplitude_rad; one movement is a ramp, "
       "a sine or (neither) a hold");
+  EXPECT_EQ(complaint(kBase + "slave { power_stage { hold_s: 0.0005 } }"),
+            "FILE:3:23: slave.power_stage.hold_s = 5e-4 must be at least tick_s = 0.001: a torque is held from one "
+            "command to the next");
+  EXPECT_EQ(complaint(kBase + "master { host { stall_s: 0.06 } }"),
+            "FILE:3:17: master.host.stall_s = 0.06 must be below every_s = 0.06");
   EXPECT_EQ(complaint(kBase + "operator_acts { at_s: 2 act: ENGAGE }\noperator_acts { at_s: 1 act: STOP }"),
             "FILE:4:17: operator_acts[1].at_s = 1 lies before the act above it, at_s = 2");
 }

@@ -190,7 +190,22 @@ void check_identification(Checker& checker, const scene::Axis& axis, const scene
                                               shortest(needed / 0.8) + " N m");
 }
 
+// A drive that lets go before the next command could come would tremble.
+void check_power_stage(Checker& checker, const scene::PowerStage& stage, double tick_s, const std::string& prefix) {
+  if (!stage.has_hold_s() || stage.hold_s() >= tick_s) return;
+  checker.complain(prefix + "hold_s", prefix + "hold_s = " + shortest(stage.hold_s()) + " must be at least tick_s = " +
+                                          shortest(tick_s) + ": a torque is held from one command to the next");
+}
+
+void check_host(Checker& checker, bool has, const scene::Host& host, const std::string& prefix) {
+  if (has) check_order(checker, host, prefix, "stall_s", "every_s");
+}
+
 void check_together(Checker& checker, const scene::Scene& scene) {
+  check_power_stage(checker, scene.master().power_stage(), scene.tick_s(), "master.power_stage.");
+  check_power_stage(checker, scene.slave().power_stage(), scene.tick_s(), "slave.power_stage.");
+  check_host(checker, scene.master().has_host(), scene.master().host(), "master.host.");
+  check_host(checker, scene.slave().has_host(), scene.slave().host(), "slave.host.");
   check_order(checker, scene.control(), "control.", "f_1_nm", "f_2_nm");
   check_order(checker, scene.master().axis(), "master.axis.", "range_min_rad", "range_max_rad");
   check_order(checker, scene.slave().axis(), "slave.axis.", "range_min_rad", "range_max_rad");

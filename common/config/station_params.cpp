@@ -16,7 +16,10 @@ constexpr double kStiffestGrasp = 60;    // N m/rad; a rigid thing behind the pu
 constexpr double kUntilItIsSure = 0.95;  // of the speed of a therapist, who may move himself
 constexpr double kFinestCount = 1e-4;    // rad; what is finer tells nothing more of an axis that shakes by that much
 
-DriveParams drive_params(const scene::Scene& scene, const scene::Axis& axis) {
+// What a drive of which nobody says anything is taken to do: a tick may be a period late without being missed.
+constexpr double kTicksHeld = 2, kTicksFalling = 4;
+
+DriveParams drive_params(const scene::Scene& scene, const scene::Axis& axis, const scene::PowerStage& stage) {
   const scene::Control& c = scene.control();
   DriveParams p;
   p.model = {.J_n = axis.j_n_kgm2(),
@@ -35,6 +38,9 @@ DriveParams drive_params(const scene::Scene& scene, const scene::Axis& axis) {
             .range_min = axis.range_min_rad(),
             .range_max = axis.range_max_rad()};
   p.person = {.speed = axis.velocity_limit_rad_s()};
+  p.power_stage = {.hold_s = stage.has_hold_s() ? stage.hold_s() : kTicksHeld * scene.tick_s(),
+                   .fall_s = stage.has_fall_s() ? stage.fall_s() : kTicksFalling * scene.tick_s()};
+  p.power_stage_named = stage.has_hold_s() && stage.has_fall_s();
   p.take_over_s = scene.engagement().blend_s();
   p.dt_s = scene.tick_s();
   return p;
@@ -69,13 +75,14 @@ Architecture architecture_of(scene::Architecture architecture, Role role) {
   }
 }
 
-StationParams station_params(const scene::Scene& scene, Role role, const scene::Axis& axis, std::uint32_t session) {
+StationParams station_params(const scene::Scene& scene, Role role, const scene::Axis& axis,
+                             const scene::PowerStage& stage, std::uint32_t session) {
   const scene::Control& c = scene.control();
   const scene::Engagement& e = scene.engagement();
   const scene::Receive& r = scene.receive();
   StationParams p;
   p.role = role;
-  p.scene.drive = drive_params(scene, axis);
+  p.scene.drive = drive_params(scene, axis, stage);
   p.scene.g_net = Cutoff::rad_s(c.g_net_rad_s());
   p.scene.local_model = c.local_model() == scene::WITH_FORCE ? LocalModel::kWithForce : LocalModel::kThesis;
   p.scene.sdcv = {.f_1 = c.f_1_nm(),
@@ -223,7 +230,7 @@ PatientLimits patient_limits(const scene::Slave& slave) {
 }  // namespace
 
 StationParams master_station_params(const scene::Scene& scene, std::uint32_t session) {
-  StationParams p = station_params(scene, Role::kLeader, scene.master().axis(), session);
+  StationParams p = station_params(scene, Role::kLeader, scene.master().axis(), scene.master().power_stage(), session);
   p.scale = scale_of(scene);
   p.scene.drive.K.K_f = master_K_f(scene);
   p.scene.sdcv.f_1 *= p.scale.force;
@@ -243,7 +250,7 @@ StationParams master_station_params(const scene::Scene& scene, std::uint32_t ses
 
 StationParams slave_station_params(const scene::Scene& scene, std::uint32_t session) {
   const scene::Axis& axis = scene.slave().axis();
-  StationParams p = station_params(scene, Role::kFollower, axis, session);
+  StationParams p = station_params(scene, Role::kFollower, axis, scene.slave().power_stage(), session);
   p.scene.drive.gate.acceleration = axis.acceleration_limit_rad_s2();
   p.scene.drive.person.power = scene.slave().limits().power_w();
   p.scene.tank.alpha = p.scene.tank.B_fast = 0.0;  // what the therapist does not feel does not tell him either

@@ -1,10 +1,13 @@
-// A simulated world where the motor and encoder of a station would be. Between two ticks the torque is held, as a power
-// stage holds it.
+// A simulated world where the motor and encoder of a station would be, and its power stage: between two ticks the
+// torque is held, and where ticks cease it falls.
 #pragma once
+
+#include <algorithm>
 
 #include "common/device/truth.hpp"
 #include "common/plant/world.hpp"
 #include "common/scene/drive_io.hpp"
+#include "common/signal/torque_hold.hpp"
 
 namespace farhand {
 
@@ -13,23 +16,40 @@ template <class World>
 class SimulatedAxis {
  public:
   using Io = DirectIo<1>;
+  static constexpr bool kSimulated = true;
 
   explicit SimulatedAxis(const typename World::Params& params, const WorldNumerics& numerics = {})
       : world_(params, numerics) {}
 
-  // Advances the world to t_s (time of the world) under the torque of the last write.
+  void power_stage(const TorqueHold& contract) noexcept { power_stage_ = contract; }
+
+  // Advances the world to t_s (time of the world) under what the power stage makes of the last write.
   Io::Sensed read(double t_s) noexcept {
-    if (t_s > t_s_) {
-      world_.advance(torque_, t_s);
-      t_s_ = t_s;
-    }
+    go_on(t_s);
     Io::Sensed sensed;
     // A world that left all bounds stands still from then on: its encoder would read like that of a hand at rest.
     sensed.valid = world_.status() != IntegratorStatus::kDiverged;
     sensed.x[0] = world_.encoder();
     return sensed;
   }
-  void write(const Io::Command& command, double /*t_s*/) noexcept { torque_ = command.torque[0]; }
+  void write(const Io::Command& command, double t_s) noexcept {
+    torque_ = command.torque[0];
+    written_s_ = t_s;
+  }
+
+  // As read, while nobody reads.
+  void go_on(double t_s) noexcept {
+    const double held_until = written_s_ + power_stage_.hold_s, over = written_s_ + power_stage_.over_s();
+    if (torque_ != 0.0 && t_s > held_until) {
+      advance(held_until, torque_);
+      for (int k = 0; k < kPieces; ++k) {
+        const double share = (k + 1.0) / kPieces;
+        advance(std::min(t_s, held_until + share * power_stage_.fall_s), (1.0 - share + 0.5 / kPieces) * torque_);
+      }
+      if (t_s >= over) torque_ = 0.0;
+    }
+    advance(t_s, torque_);
+  }
 
   // At the time of the last read, under the torque that led there.
   Truth truth() const noexcept {
@@ -38,8 +58,17 @@ class SimulatedAxis {
   }
 
  private:
+  static constexpr int kPieces = 8;  // of the fall, each at its mean
+
+  void advance(double t_s, double torque) noexcept {
+    if (t_s <= t_s_) return;
+    world_.advance(torque, t_s);
+    t_s_ = t_s;
+  }
+
   World world_;
-  double torque_ = 0.0;
+  TorqueHold power_stage_;
+  double torque_ = 0.0, written_s_ = 0.0;
   double t_s_ = 0.0;
 };
 

@@ -1,6 +1,9 @@
 // A side made of a station and an axis.
 #pragma once
 
+#include <concepts>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "common/runtime/any_station.hpp"
@@ -8,7 +11,13 @@
 
 namespace farhand {
 
-// What a station stands on: a simulated world, or a device behind a serial line.
+template <class A>
+concept TakesTorque = requires(const typename A::Io::Command& command) {
+  command.torque;
+};
+
+// What a station stands on: a simulated world, or a device behind a serial line. One that takes a torque says whether
+// it is simulated, and is told before the loop what its drive is to do by itself where commands cease.
 template <class A>
 concept Axis = requires(A axis, double t_s, const typename A::Io::Command& command) {
   { axis.read(t_s) }
@@ -17,14 +26,20 @@ concept Axis = requires(A axis, double t_s, const typename A::Io::Command& comma
   noexcept;
   { axis.truth() }
   noexcept->std::same_as<Truth>;
-};
+}
+&&(!TakesTorque<A> || requires(A axis, const TorqueHold& contract) {
+  { A::kSimulated } -> std::convertible_to<bool>;
+  axis.power_stage(contract);
+});
 
 template <Axis A>
 class SideOf final : public Side {
  public:
   template <class... Args>
   explicit SideOf(const StationParams& params, Args&&... axis_args)
-      : station_(make_station<typename A::Io>(params)), axis_(std::forward<Args>(axis_args)...) {}
+      : station_(make_station<typename A::Io>(params)), axis_(std::forward<Args>(axis_args)...) {
+    if constexpr (TakesTorque<A>) axis_.power_stage(contract_of(params));
+  }
 
   Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act, int ticks) noexcept override {
     const typename A::Io::Sensed sensed = axis_.read(t_s);
@@ -32,6 +47,10 @@ class SideOf final : public Side {
     const auto out = station_->tick(now, sensed, act, ticks);
     axis_.write(out.command, t_s);
     return out.packet;
+  }
+  void go_on(double t_s) noexcept override {
+    if constexpr (requires { axis_.go_on(t_s); }) axis_.go_on(t_s);
+    if constexpr (requires { axis_.port.go_on(t_s); }) axis_.port.go_on(t_s);
   }
   Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return station_->receive(packet, now); }
 
@@ -53,6 +72,21 @@ class SideOf final : public Side {
   const A& axis() const noexcept { return axis_; }
 
  private:
+  // Of a simulated drive it may be assumed; a real one does what it does, and nobody but its scene knows.
+  static const TorqueHold& contract_of(const StationParams& params) {
+    const DriveParams& drive = params.scene.drive;
+    if constexpr (TakesTorque<A> && !A::kSimulated) {
+      if (!drive.power_stage_named) {
+        const std::string side = params.role == Role::kLeader ? "master" : "slave";
+        throw std::invalid_argument(side + ".power_stage: the drive of a motor that is not simulated needs " + side +
+                                    ".power_stage.hold_s and " + side +
+                                    ".power_stage.fall_s in the scene: for how many s it holds a torque after the last "
+                                    "command, and within how many s it then lets it fall to zero by itself");
+      }
+    }
+    return drive.power_stage;
+  }
+
   std::unique_ptr<AnyStation<typename A::Io>> station_;
   A axis_;
   bool device_valid_ = false;

@@ -10,6 +10,7 @@
 #include "common/scene/engagement.hpp"
 #include "common/scene/homing.hpp"
 #include "common/scene/identifying_params.hpp"
+#include "common/signal/torque_hold.hpp"
 
 namespace farhand {
 
@@ -23,7 +24,9 @@ struct DriveParams {
   PersonBoundParams person;
   double resolution = 3.2e-4;       // rad: one count of the encoder
   double stiffest_nm_per_rad = 30;  // that the axis may meet
-  double take_over_s = 0.5;         // the law's share of the torque rises from 0 to 1 in this time
+  TorqueHold power_stage{.hold_s = 2e-3, .fall_s = 4e-3};
+  bool power_stage_named = false;  // by the scene
+  double take_over_s = 0.5;        // the law's share of the torque rises from 0 to 1 in this time
   double dt_s = 1e-3;
 };
 

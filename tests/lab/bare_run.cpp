@@ -11,6 +11,7 @@
 #include "tests/lab/bare_loop.hpp"
 #include "tests/lab/bare_orthosis.hpp"
 #include "tests/lab/bare_plant.hpp"
+#include "tests/lab/host_stalls.hpp"
 
 namespace farhand {
 namespace {
@@ -133,6 +134,7 @@ void make_ideal(scene::Scene& scene) {
 }  // namespace
 
 std::unique_ptr<BareRun> make_bare_run(const scene::Scene& scene, const BareChoice& choice, bool ideal) {
+  refuse_host_stalls(scene, "the bare loop");
   if (scale_of(scene).any())
     throw std::invalid_argument(
         "the bare loop knows sides of one size: control.position_scale and control.force_scale must be 1");

@@ -14,11 +14,12 @@ class EmulatedPort {
 
   std::size_t read(std::span<std::uint8_t> bytes, double t_s) noexcept {
     const Nanoseconds now = from_seconds(t_s);
-    orthosis_.advance(now);
+    go_on(t_s);
     std::size_t count = 0;
     while (count < bytes.size() && orthosis_.receive(now, bytes[count])) ++count;
     return count;
   }
+  void go_on(double t_s) noexcept { orthosis_.advance(from_seconds(t_s)); }
   bool write(std::span<const std::uint8_t> bytes, double t_s) noexcept {
     orthosis_.send(bytes.data(), bytes.size(), from_seconds(t_s));
     return true;

@@ -241,6 +241,7 @@ class Timed final : public Side {
     ns = ns_since(start);
     return packet;
   }
+  void go_on(double t_s) noexcept override { side_->go_on(t_s); }
   Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return side_->receive(packet, now); }
   bool carries_energy() const noexcept override { return side_->carries_energy(); }
   const TickTrace<1>& trace() const noexcept override { return side_->trace(); }

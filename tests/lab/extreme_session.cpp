@@ -56,6 +56,8 @@ class WatchedAxis {
     watch_.see(Block::kEncoder, sensed.x);
     return sensed;
   }
+  static constexpr bool kSimulated = true;
+  void power_stage(const TorqueHold& /*contract*/) noexcept {}  // no tick is missed here
   void write(const Io::Command& command, double /*t_s*/) noexcept {
     torque_ = command.torque[0];
     watch_.command(torque_);

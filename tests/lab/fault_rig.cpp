@@ -34,6 +34,8 @@ class FailingAxis {
     if (reading_) sensed.x[0] = reading_(sensed.x[0]);
     return sensed;
   }
+  static constexpr bool kSimulated = true;
+  void power_stage(const TorqueHold& contract) noexcept { axis_.power_stage(contract); }
   void write(const Io::Command& command, double t_s) noexcept { axis_.write(command, t_s); }
   Truth truth() const noexcept { return axis_.truth(); }
 

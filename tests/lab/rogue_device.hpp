@@ -30,6 +30,8 @@ class WatchedAxis {
     sensed.x[0] = shown_;
     return sensed;
   }
+  static constexpr bool kSimulated = true;
+  void power_stage(const TorqueHold& contract) noexcept { axis_.power_stage(contract); }
   void write(const Io::Command& command, double t_s) noexcept {
     axis_.write(command, t_s);
     commanded_ = command.torque[0];

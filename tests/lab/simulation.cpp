@@ -13,6 +13,7 @@
 #include "netem/link_params.hpp"
 #include "netem/pending.hpp"
 #include "tests/lab/emulated_slave.hpp"
+#include "tests/lab/host_stalls.hpp"
 
 namespace farhand {
 namespace {
@@ -42,8 +43,10 @@ class Run {
         forward_(link_params(scene.network().forward()), scene.seed(), LinkDirection::kForward),
         backward_(link_params(scene.network().backward()), scene.seed(), LinkDirection::kBackward),
         codec_(master_.carries_energy()),
-        to_slave_(datagrams_on_way(scene.network().forward(), scene.tick_s())),
-        to_master_(datagrams_on_way(scene.network().backward(), scene.tick_s())),
+        to_slave_(room(scene, scene.network().forward(), scene.slave().host())),
+        to_master_(room(scene, scene.network().backward(), scene.master().host())),
+        master_stalls_(scene, true),
+        slave_stalls_(scene, false),
         acts_(scene, Role::kLeader),
         patient_acts_(scene, Role::kFollower) {
     slave_clock_.offset = from_seconds(scene.network().peer_clock_offset_s());
@@ -56,27 +59,49 @@ class Run {
     while (true) {
       const Nanoseconds t = std::min(next_master, next_slave);
       if (t > end_) break;
-      deliver(t);  // ticks of the same instant do not hear each other: neither machine goes first
+      const bool master_stalls = master_stalls_.at(t), slave_stalls = slave_stalls_.at(t);
+      // Ticks of the same instant do not hear each other: neither machine goes first. What comes to a host that stalls
+      // waits in its socket.
+      if (!slave_stalls) deliver(to_slave_, t, slave_, slave_clock_, slave_rejected_);
+      if (!master_stalls) deliver(to_master_, t, master_, {}, master_rejected_);
       if (next_master == t) {
-        tick(true, t, t, acts_.next(to_seconds(t), both_ready(master_, t)));
+        if (master_stalls) {
+          stall(true, t);
+        } else {
+          tick(true, t, t, acts_.next(to_seconds(t), both_ready(master_, t)));
+        }
         next_master = ++master_ticks * tick_;
       }
       if (next_slave == t) {
         const Nanoseconds now = slave_clock_.at(t);
-        tick(false, t, now, patient_acts_.next(to_seconds(t), both_ready(slave_, now)));
+        if (slave_stalls) {
+          stall(false, t);
+        } else {
+          tick(false, t, now, patient_acts_.next(to_seconds(t), both_ready(slave_, now)));
+        }
         next_slave = slave_clock_.when(++slave_ticks * tick_);
       }
     }
-    return {counters(master_, master_rejected_, master_ticks), counters(slave_, slave_rejected_, slave_ticks)};
+    return {counters(master_, master_rejected_, master_ticks, missed_[0]),
+            counters(slave_, slave_rejected_, slave_ticks, missed_[1])};
   }
 
  private:
   void tick(bool master, Nanoseconds t, Nanoseconds now, OperatorAct act) {
     const double t_s = to_seconds(t);
     Side& side = master ? master_ : slave_;
-    const Packet<1> packet = side.tick(now, t_s, act, 1);
+    const std::uint64_t gap = std::exchange(gap_[master ? 0 : 1], 0);
+    const Packet<1> packet = side.tick(now, t_s, act, static_cast<int>(std::min<std::uint64_t>(gap, 1'000'000)) + 1);
     witness_.ticked(master, side, t_s, act);
     send(packet, t, master);
+  }
+
+  void stall(bool master, Nanoseconds t) {
+    ++missed_[master ? 0 : 1];
+    ++gap_[master ? 0 : 1];
+    Side& side = master ? master_ : slave_;
+    side.go_on(to_seconds(t));
+    witness_.stalled(master, side, to_seconds(t));
   }
 
   void send(const Packet<1>& packet, Nanoseconds t, bool forward) {
@@ -90,14 +115,15 @@ class Run {
     }
   }
 
-  void deliver(Nanoseconds t) {
-    deliver(to_slave_, t, slave_, slave_clock_, slave_rejected_);
-    deliver(to_master_, t, master_, {}, master_rejected_);
+  static std::size_t room(const scene::Scene& scene, const scene::Path& path, const scene::Host& host) {
+    return datagrams_on_way(path, scene.tick_s()) + static_cast<std::size_t>(2 * host.stall_s() / scene.tick_s());
   }
 
+  // What came while the host stalled is read when it goes on.
   void deliver(PendingDatagrams& way, Nanoseconds t, Side& to, const LocalClock& clock, std::uint64_t& rejected) {
+    const bool waited = gap_[&to == &master_ ? 0 : 1] > 0;
     while (!way.empty() && way.due() <= t) {
-      const Nanoseconds due = way.due();
+      const Nanoseconds due = waited ? t : way.due();
       Packet<1> packet;
       if (codec_.decode(way.pop(), packet) != DecodeResult::kOk) {
         ++rejected;
@@ -107,12 +133,13 @@ class Run {
     }
   }
 
-  static StationCounters counters(const Side& side, std::uint64_t rejected, std::int64_t ticks) {
+  static StationCounters counters(const Side& side, std::uint64_t rejected, std::int64_t ticks, std::uint64_t missed) {
     StationCounters counters = counters_of(side.receiver().counters());
     counters.serial_sent = side.serial_counters().sent;
     counters.serial_received = side.serial_counters().received;
     counters.serial_crc_errors = side.serial_counters().crc_errors;
-    counters.ticks = counters.sent = static_cast<std::uint64_t>(ticks);
+    counters.ticks = counters.sent = static_cast<std::uint64_t>(ticks) - missed;
+    counters.missed_ticks = missed;
     counters.rejected_format = rejected;
     counters.cut_ticks = side.trace().cuts;
     return counters;
@@ -125,7 +152,9 @@ class Run {
   LocalClock slave_clock_;
   PacketCodec<1> codec_;
   PendingDatagrams to_slave_, to_master_;
+  HostStalls master_stalls_, slave_stalls_;
   std::uint64_t master_rejected_ = 0, slave_rejected_ = 0;
+  std::uint64_t missed_[2] = {}, gap_[2] = {};  // ticks of master and slave: of the run, and of the stall under way
   OperatorTimeline acts_, patient_acts_;
 };
 

@@ -27,6 +27,8 @@ class Witness {
   virtual ~Witness() = default;
   // After a tick of either side. act: what its operator did in it.
   virtual void ticked(bool /*master*/, const Side& /*side*/, double /*t_s*/, OperatorAct /*act*/) {}
+  // A tick of a side that its host did not run: the device went on to t_s, and its truth is of then.
+  virtual void stalled(bool /*master*/, const Side& /*side*/, double /*t_s*/) {}
   // A packet entered the link.
   virtual void sent(const LinkSample& /*packet*/) {}
 };

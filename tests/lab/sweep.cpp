@@ -132,6 +132,7 @@ SweepOutcome alone(const scene::Scene& scene) {
 }  // namespace
 
 bool LockStep::suits(const scene::Scene& scene) {
+  if (scene.master().has_host() || scene.slave().has_host()) return false;  // refused by the bare loop
   const auto plain = [](const scene::Motor& m) {
     return !(m.coulomb_nm() > 0) && !m.has_lugre() && !(m.gravity_nm() > 0);
   };
