@@ -170,7 +170,7 @@ class Rotor {
   }
   Plausibility::Reading read(int ticks = 1) {
     const double seen = q_ * std::floor(x / q_ + 0.5);
-    const J1 speed = ticks > 1 ? velocity_.bridge(J1(seen)) : velocity_.step(J1(seen));
+    const J1 speed = ticks > 1 ? velocity_.across(J1(seen), ticks) : velocity_.step(J1(seen));
     return {seen, rtob_.step(J1(tau), J1(seen), speed)[0], tau};
   }
   double count() const { return std::max(q_, 1e-4); }

@@ -60,9 +60,21 @@ TEST(Derivative, AMissedTickIsNotASpike) {
   Derivative<1> derivative(Cutoff::rad_s(500), dt);
   int k = 0;
   for (; k < 200; ++k) derivative.step(J1(v * dt * k));
-  k += 25;
-  derivative.bridge(J1(v * dt * k));
+  k += 25;  // the last was k - 26
+  EXPECT_NEAR(derivative.across(J1(v * dt * k), 26)[0], v, 1e-9);
   for (int i = 1; i < 20; ++i) EXPECT_NEAR(derivative.step(J1(v * dt * (k + i)))[0], v, 1e-9);
+}
+
+TEST(Derivative, AcrossAGapIsSoManyStepsOnAStraightLine) {
+  for (const int ticks : {2, 3, 9, 90}) {
+    Derivative<1> at_once(Cutoff::rad_s(500), 1e-3), stepped = at_once;
+    for (const double x : {0.1, 0.11, 0.107}) at_once.step(J1(x)), stepped.step(J1(x));
+    EXPECT_NEAR(at_once.last()[0], 0.107, 1e-15);
+    at_once.across(J1(0.2), ticks);
+    for (int k = 1; k <= ticks; ++k) stepped.step(J1(0.107 + (0.2 - 0.107) * k / ticks));
+    EXPECT_NEAR(at_once.value()[0], stepped.value()[0], 1e-12);
+    EXPECT_NEAR(at_once.step(J1(0.2))[0], stepped.step(J1(0.2))[0], 1e-12);
+  }
 }
 
 TEST(DelayLine, DelaysByWholeSamplesFromAnyCapacity) {

@@ -36,7 +36,7 @@ struct Axis {
     }
     const J1 read(frozen ? frozen_at : count * std::floor(x / count));
     if (!frozen) frozen_at = read[0];
-    stuck.step(read, derivative.value(), (torque - dob.value()) / kJ, 1);
+    stuck.step(read, derivative.value(), (torque - dob.value()) / kJ);
     derivative.step(read);
     dob.step(J1(torque), derivative.value());
     torque = next_torque;
@@ -84,11 +84,11 @@ TEST(StuckReading, IsNeitherATurnNorASlowMotionNorAStartNorAnAxisAtRest) {
 
 TEST(StuckReading, IsBelievedAfterEightTicksAndNeverDoubtedBeforeAWall) {
   StuckReading<1> free(kFine, 30 / kJ, kG_v, kG_dis, kDt), before_a_wall(kFine, 2e3 / kJ, kG_v, kG_dis, kDt);
-  for (StuckReading<1>* one : {&free, &before_a_wall}) one->step(J1(0.0), J1(0.0), J1(0.0), 1);
+  for (StuckReading<1>* one : {&free, &before_a_wall}) one->step(J1(0.0), J1(0.0), J1(0.0));
   int stuck = 0;
   for (int k = 0; k < 40; ++k) {
-    free.step(J1(0.0), J1(4.0), J1(0.0), 1);
-    before_a_wall.step(J1(0.0), J1(4.0), J1(0.0), 1);
+    free.step(J1(0.0), J1(4.0), J1(0.0));
+    before_a_wall.step(J1(0.0), J1(4.0), J1(0.0));
     stuck += free.stuck(false) ? 1 : 0;
     EXPECT_FALSE(before_a_wall.stuck(true));
   }

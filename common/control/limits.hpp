@@ -54,6 +54,9 @@ class TorqueGate {
     return applied_;
   }
 
+  // Ticks were missed: the drive has let it fall to this share.
+  void decayed(double share) noexcept { applied_ *= share; }
+
   const Joints<N>& applied() const noexcept { return applied_; }
   std::uint32_t active() const noexcept { return active_; }
 

@@ -47,11 +47,13 @@ class ContactModel {
         step_(kSpeed * dt_s),
         critical_(2 * kDamping / std::sqrt(K_f)) {}
 
-  // x, f: the slave's angle and reaction as played out; x_p: where its model is now.
-  void learn(double x, double f, double x_p) noexcept {
+  // x, f: the slave's angle and reaction as played out; x_p: where its model is now. Not settled: after a gap, whose
+  // leaps would be taken for springs; what was learnt stays.
+  void learn(double x, double f, double x_p, bool settled = true) noexcept {
     if (!std::exchange(begun_, true)) x_ = x, f_ = f;
     x_ += learn_ * (x - x_);
     f_ += learn_ * (f - f_);
+    if (!settled) return;
     const bool before = pressed_;
     pressed_ = f_ > (pressed_ ? kRelease : kTouch);
     if (pressed_ && !before) begin(x_p);
@@ -144,13 +146,15 @@ class Mediator {
   }
 
   // local: the master now; received: the slave as played out. Returns the model of the slave at this instant.
-  const Motion<N>& step(const Motion<N>& local, const Motion<N>& received) noexcept {
+  // settled, calm: the last gap in time is long enough ago to learn contacts, and friction.
+  const Motion<N>& step(const Motion<N>& local, const Motion<N>& received, bool settled = true,
+                        bool calm = true) noexcept {
     for (int j = 0; j < N; ++j) {
       ContactModel &up = rising_[static_cast<std::size_t>(j)], &down = falling_[static_cast<std::size_t>(j)];
       const double f = received.f[j] - unloaded(j) * friction(devices_[static_cast<std::size_t>(j)], received.x[j],
-                                                              received.f[j], local.x[j]);
-      up.learn(received.x[j], f, slave_.x[j]);
-      down.learn(-received.x[j], -f, -slave_.x[j]);
+                                                              received.f[j], local.x[j], calm);
+      up.learn(received.x[j], f, slave_.x[j], settled);
+      down.learn(-received.x[j], -f, -slave_.x[j], settled);
       const double v_fast = slave_.v[j] - v_slow_.value()[j];
       slave_.f[j] = up.force(slave_.x[j], v_fast) - down.force(-slave_.x[j], -v_fast);
     }
@@ -185,8 +189,12 @@ class Mediator {
     return named > 0.0 ? std::clamp(2.0 - 2.0 * std::abs(slave_.f[j]) / named, 0.0, 1.0) : 0.0;
   }
   // Of what the slave tells, how much is the friction of its device.
-  double friction(Device& device, double x, double f, double x_m) noexcept {
-    device.tendons.step(x, f);
+  double friction(Device& device, double x, double f, double x_m, bool calm) noexcept {
+    if (calm) {
+      device.tendons.step(x, f);
+    } else {
+      device.tendons.go_on(x);
+    }
     if (device.tendons.F_c() == 0.0 && device.named == 0.0) return 0.0;
     const double L = std::max(device.tendons.L(), device.named / kSteepest), step = kFriction * dt_s_;
     device.there.step(x, L);

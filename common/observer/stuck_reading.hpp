@@ -37,7 +37,7 @@ class StuckReading {
 
   // x: the reading, rad. v: estimated from what was read before, rad/s. a: since then, rad/s2. True where it has just
   // come to stand.
-  bool step(const Joints<N>& x, const Joints<N>& v, const Joints<N>& a, int ticks) noexcept {
+  bool step(const Joints<N>& x, const Joints<N>& v, const Joints<N>& a) noexcept {
     const bool stands = began_ && (x == x_).all(), stood = stood_ > 0;
     began_ = true;
     x_ = x;
@@ -50,13 +50,12 @@ class StuckReading {
       z_.setZero();
     }
     if (stood_ > kLongest) return false;
-    stood_ += ticks;
-    const double dt = dt_s_ * ticks;
-    z_ += (v_ + 0.5 * dt * a) * dt;
-    v_ += dt * a;
+    ++stood_;
+    z_ += (v_ + 0.5 * dt_s_ * a) * dt_s_;
+    v_ += dt_s_ * a;
     return !stood;
   }
-  int stood() const noexcept { return stood_; }  // ticks, up to a little more than kLongest
+  int stood() const noexcept { return stood_; }  // ticks, up to one more than kLongest
 
   // Is the reading of the last step not to be taken for where the axis is? doubts: it is near a limit, so that a wrong
   // answer costs more.

@@ -70,6 +70,13 @@ class TendonFriction {
     L_ = kLengths[best];
   }
 
+  // Where f is not to be learnt from.
+  void go_on(double x) noexcept {
+    if (!begun_) return;
+    x_ = x;
+    for (std::size_t i = 0; i < turns_.size(); ++i) turns_[i].z.step(x_, kLengths[i]);
+  }
+
   double F_c() const noexcept { return F_c_; }  // N m; 0 while nothing is named
   double L() const noexcept { return L_; }      // rad
 

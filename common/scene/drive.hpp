@@ -14,6 +14,9 @@
 
 namespace farhand {
 
+// Ticks across which observers go on; after a longer gap they start from the reading, at rest.
+inline constexpr int kLongestGap = 100;
+
 // A motor that takes a torque: observers and law run here (Daud 2011, B.1-B.10, 5.8-5.13).
 template <int N>
 class DirectDrive {
@@ -25,6 +28,8 @@ class DirectDrive {
 
   explicit DirectDrive(const DriveParams& p)
       : model_(p.model),
+        power_stage_(p.power_stage),
+        dt_s_(p.dt_s),
         K_(p.K),
         derivative_(p.g_v, p.dt_s),
         dob_(p.model.J_n, p.g_dis, p.dt_s),
@@ -39,7 +44,8 @@ class DirectDrive {
   // At rest at x with nothing but the known load acting.
   void reset(const Sensed& sensed) noexcept;
 
-  // ticks: periods since the last call; more than one means that some were missed.
+  // ticks: periods since the last call; more than one means that some were missed, and that the drive did meanwhile
+  // what its contract says.
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept;
 
   // After observe() of the same tick. Not driven, gravity is compensated and nothing else.
@@ -55,17 +61,21 @@ class DirectDrive {
   }
 
   const Joints<N>& torque() const noexcept { return gate_.applied(); }  // applied
-  // What acts on the axis since the last tick, without what carries its weight.
-  Joints<N> acting(const Motion<N>& /*local*/) const noexcept { return gate_.applied() - rtob_.gravity_load(); }
+  // What acted on the axis since the last tick, on an average, without what carries its weight.
+  Joints<N> acting(const Motion<N>& /*local*/) const noexcept { return acted_ - rtob_.gravity_load(); }
+  double acted_share() const noexcept { return acted_share_; }  // of the torque commanded last
   std::uint32_t active_limits() const noexcept { return gate_.active() | limits_; }
   // By which the person in the device is spared (common/control/person_bound.hpp).
   std::uint32_t spared() const noexcept { return limits_; }
 
  private:
-  // What was not seen for so many ticks is taken to have been even.
-  Motion<N> along(const Joints<N>& x, int ticks) noexcept;
+  // The reading after so many that were not believed, and so many ticks that were missed.
+  Motion<N> across(const Joints<N>& x, int unseen, int ticks) noexcept;
+  Motion<N> estimate(const Joints<N>& x, const Joints<N>& tau) noexcept;
 
   AxisModel model_;
+  TorqueHold power_stage_;
+  double dt_s_;
   FourChannelGains K_;
   Derivative<N> derivative_;
   Dob<N> dob_;
@@ -84,6 +94,8 @@ class DirectDrive {
   static constexpr double kLetGo = 0.2;  // s
   double rise_, fall_;
   double authority_ = 0.0;
+  Joints<N> acted_ = Joints<N>::Zero();
+  double acted_share_ = 1.0;
 };
 
 // An axis behind its own controller (the orthosis MCU), which measures the reaction, closes position and force loops at
@@ -107,7 +119,8 @@ class ReferenceDrive {
 
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
     bounded_ = sensed.device.bounded;
-    return {sensed.x, ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x), sensed.f};
+    if (ticks > kLongestGap) derivative_.reset(sensed.x);
+    return {sensed.x, ticks > 1 ? derivative_.across(sensed.x, ticks) : derivative_.step(sensed.x), sensed.f};
   }
 
   // What is followed in this tick is wanted for its torque, which the device is to give.
@@ -136,7 +149,8 @@ class ReferenceDrive {
   const Joints<N>& torque() const noexcept { return gate_.applied().f; }  // asked of the device
   Joints<N> acting(const Motion<N>& local) const noexcept {
     return local.f;
-  }  // its spring, as far as the hand feels it
+  }                                                    // its spring, as far as the hand feels it
+  double acted_share() const noexcept { return 1.0; }  // the MCU holds what it was asked for
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
   // By which the device spares the person in it.
   std::uint32_t spared() const noexcept { return bounded_ ? kLimitDevice : 0u; }

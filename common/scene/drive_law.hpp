@@ -18,9 +18,15 @@ void DirectDrive<N>::reset(const Sensed& sensed) noexcept {
 
 template <int N>
 Motion<N> DirectDrive<N>::observe(const Sensed& sensed, int ticks) noexcept {
+  if (ticks > 1) {
+    stuck_.reset();
+    return across(sensed.x, std::exchange(unseen_, 0), ticks);
+  }
+  acted_ = gate_.applied();
+  acted_share_ = 1.0;
   const Dob<N>& known = stuck_.stood() > 0 ? moving_.dob : dob_;
-  const Joints<N> a = (gate_.applied() - known.value()) / model_.J_n;
-  if (stuck_.step(sensed.x, derivative_.value(), a, ticks)) moving_ = {derivative_, dob_, rtob_};
+  if (stuck_.step(sensed.x, derivative_.value(), (acted_ - known.value()) / model_.J_n))
+    moving_ = {derivative_, dob_, rtob_};
   if (stuck_.stuck(limits_ != 0)) {
     derivative_ = moving_.derivative;
     dob_ = moving_.dob;
@@ -28,26 +34,44 @@ Motion<N> DirectDrive<N>::observe(const Sensed& sensed, int ticks) noexcept {
     unseen_ = stuck_.stood();
     return {sensed.x, stuck_.v(), rtob_.value()};
   }
-  if (const int unseen = std::exchange(unseen_, 0)) return along(sensed.x, unseen + ticks);
-  Motion<N> local;
-  local.x = sensed.x;
-  local.v = ticks > 1 ? derivative_.bridge(sensed.x) : derivative_.step(sensed.x);
-  dob_.step(gate_.applied(), local.v);
-  local.f = rtob_.step(gate_.applied(), local.x, local.v);
-  return local;
+  if (const int unseen = std::exchange(unseen_, 0)) return across(sensed.x, unseen, 1);
+  return estimate(sensed.x, acted_);
 }
 
 template <int N>
-Motion<N> DirectDrive<N>::along(const Joints<N>& x, int ticks) noexcept {
-  const Joints<N> from = derivative_.last();
+Motion<N> DirectDrive<N>::estimate(const Joints<N>& x, const Joints<N>& tau) noexcept {
   Motion<N> local;
   local.x = x;
-  for (int k = 1; k <= ticks; ++k) {
-    const Joints<N> at = from + (x - from) * (k / static_cast<double>(ticks));
-    local.v = derivative_.step(at);
-    dob_.step(gate_.applied(), local.v);
-    local.f = rtob_.step(gate_.applied(), at, local.v);
+  local.v = derivative_.step(x);
+  dob_.step(tau, local.v);
+  local.f = rtob_.step(tau, local.x, local.v);
+  return local;
+}
+
+// Tick by tick on the straight line between the two readings, under the torque that the drive gave meanwhile: what the
+// observers would have said had the axis moved evenly. The velocity is that of the whole gap, which is less noisy than
+// one of a tick, and no step of it is taken for a torque.
+template <int N>
+Motion<N> DirectDrive<N>::across(const Joints<N>& x, int unseen, int ticks) noexcept {
+  const int all = unseen + ticks;
+  if (all > kLongestGap) {
+    gate_.cut();
+    reset({.x = x});
+    acted_.setZero();
+    acted_share_ = 0.0;
+    return estimate(x, acted_);
   }
+  const Joints<N> from = derivative_.last(), given = gate_.applied();
+  Motion<N> local;
+  acted_share_ = 0.0;
+  for (int k = 1; k <= all; ++k) {
+    const bool missed = ticks > 1 && k > unseen;  // nothing was commanded in it
+    const double share = missed ? power_stage_.share((k - unseen - 0.5) * dt_s_) : 1.0;
+    if (k > unseen) acted_share_ += share / ticks;
+    local = estimate(k < all ? Joints<N>(from + (x - from) * (k / static_cast<double>(all))) : x, given * share);
+  }
+  acted_ = given * acted_share_;
+  if (ticks > 1) gate_.decayed(power_stage_.share(ticks * dt_s_));
   return local;
 }
 

@@ -104,11 +104,12 @@ void FourChannelCdobSdcv<D>::start(const Motion<N>&, const Motion<N>& received) 
 }
 
 template <class D>
-auto FourChannelCdobSdcv<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
+auto FourChannelCdobSdcv<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept
+    -> Motion<N> {
   cdob.step(local, received);
   for (int j = 0; patient && j < N; ++j) {
     PatientThresholds& joint = (*patient)[static_cast<std::size_t>(j)];
-    joint.step(received.x[j], received.f[j]);
+    if (since.settled) joint.step(received.x[j], received.f[j]);
     sdcv.set_thresholds(j, joint.f_1(), joint.f_2());
   }
   const Joints<N>& alpha = sdcv.step(received.f);
@@ -130,8 +131,9 @@ void FourChannelMediated<D>::start(const Motion<N>&, const Motion<N>& received) 
 }
 
 template <class D>
-auto FourChannelMediated<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
-  const Motion<N>& slave = mediator.step(local, received);
+auto FourChannelMediated<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept
+    -> Motion<N> {
+  const Motion<N>& slave = mediator.step(local, received, since.settled, since.calm);
   ahead = slave.x - received.x;
   needs = mediator.device_needs();
   return slave;

@@ -20,6 +20,7 @@ namespace farhand {
 template <int N>
 struct Account {
   Joints<N> torque;  // that acted on the axis since the last tick, without what carries its weight
+  double acted;      // of the torque that the law asked for last: 1, less across a gap
   Joints<N> moved;   // rad, in that time
   double received;   // J, what the peer has told of so far
   bool engaged;      // in that time
@@ -139,7 +140,7 @@ void TwoChannelPassivity<D>::keep(const Account<N>& account) noexcept {
   const Joints<N> within = (slack + account.moved).max(-0.5 * kPlay).min(0.5 * kPlay);
   const Joints<N> moved = slack + account.moved - within;
   slack = within;
-  port.step((tau * moved).sum(), (damper * moved).sum(), told);
+  port.step((account.acted * tau * moved).sum(), (account.acted * damper * moved).sum(), told);
 }
 
 template <class D>

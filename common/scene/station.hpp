@@ -11,6 +11,7 @@
 
 #include "common/control/intake.hpp"
 #include "common/link/receiver.hpp"
+#include "common/scene/after_gap.hpp"
 #include "common/scene/auto_scene.hpp"
 #include "common/scene/blend.hpp"
 #include "common/scene/engagement.hpp"
@@ -47,6 +48,7 @@ class Station {
         engagement_(p.role, where_it_can(p.engagement, identifying)),
         homing_(p.homing, p.scene.drive.K, p.scene.drive.dt_s),
         identifying_(identifying),
+        after_gap_(p.scene.drive.dt_s),
         blend_(p.blend_s, p.align_speed),
         scaled_(p.scale.any()) {
     if (p.role == Role::kFollower) {
@@ -105,6 +107,8 @@ class Station {
                    taken = static_cast<double>(counters.received - taken_);
       missed_ = counters.lost + counters.late;
       taken_ = counters.received;
+      trace_.chosen = scene_.chosen();
+      if (!after_gap_.settled()) return;
       const double share = std::min(1.0, dt_s_ * ticks);  // over a second
       missing_ += share * (missed / (dt_s_ * ticks) - missing_);
       coming_ += share * (taken / (dt_s_ * ticks) - coming_);
@@ -120,6 +124,7 @@ class Station {
     if constexpr (kKeepsAccount) {
       const double told = receiver_.newest().energy * params_.scale.force / params_.scale.position;
       scene_.keep({.torque = scene_.drive.acting(trace_.local),
+                   .acted = scene_.drive.acted_share(),
                    .moved = moved,
                    .received = receiver_.heard() ? intake_.energy(told, driven(), ticks) : 0.0,
                    .engaged = trace_.state == StationState::kEngaged,
@@ -131,6 +136,25 @@ class Station {
     GateParams gate = params_.scene.drive.gate;
     gate.torque = std::min(gate.torque, params_.identifying.torque + params_.scene.drive.model.gravity);
     return gate;
+  }
+
+  // Periods since the last tick: those that were told, or more where the clock says so. One that went back tells
+  // nothing of the time since: the longest gap.
+  int gap_since_last(Nanoseconds now, int ticks) noexcept {
+    const double periods = ticked_ ? to_seconds(now - last_tick_) / dt_s_ : 0.0;
+    last_tick_ = now;
+    ticked_ = true;
+    if (periods < 0.0) return kLongestGap + 1;
+    return std::max(ticks, static_cast<int>(std::min(periods + 0.5, kLongestGap + 1.0)));
+  }
+
+  // Of the motion to follow, what is left after a gap. A hand is damped meanwhile; the therapist does not feel it.
+  Motion<N> after_gap(const Motion<N>& target) const noexcept {
+    const double g = after_gap_.share();
+    if (g == 1.0) return target;
+    Motion<N> less = yielding(trace_.local, target, g);
+    if (!guard_) less.v += (1.0 - g) * trace_.local.v;
+    return less;
   }
 
   bool driven() const noexcept { return asks_of(trace_.state) == Asks::kMotion; }
@@ -289,6 +313,10 @@ class Station {
   Engagement engagement_;
   Homing homing_;
   Identifying* identifying_;
+  AfterGap after_gap_;
+  Nanoseconds last_tick_ = 0;
+  Nanoseconds shown_ = 0;  // content time, on the peer's clock
+  bool ticked_ = false;
   Blend<N> blend_;
   std::optional<PatientGuard<N>> guard_;  // the follower's only
   std::optional<AxisWatch<N>> watch_;     // the leader's; the guard has its own
@@ -315,11 +343,12 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   if (zero_ != 0.0) (homed = read)->x += zero_;
   const typename Drive::Sensed& sensed = homed ? *homed : read;
   const bool usable = sensed.valid && sensed.finite();
+  const int gap = gap_since_last(now, ticks);
   Motion<N>& local = trace_.local;
   const Joints<N> x_before = local.x;
   if (usable) {
     if (!was_usable_) scene_.drive.reset(sensed);
-    local = scene_.drive.observe(sensed, ticks);
+    local = scene_.drive.observe(sensed, gap);
   }
   const bool continues = usable && was_usable_;
   was_usable_ = usable;
@@ -331,6 +360,9 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
     intake_.reset();
     trace_.remote = own_motion();
   }
+  after_gap_.step(played.any && played.held && played.content_time == shown_, gap,
+                  trace_.state == StationState::kEngaged);
+  shown_ = played.content_time;
   trace_.cuts = intake_.cuts();
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
@@ -339,7 +371,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   if constexpr (kChooses) measure_network(ticks);
   guard(sensed, continues, act, ticks);
   decide(now, sensed, act, played.any);
-  const Motion<N> source = choose({ticks, played.held});
+  const Motion<N> source = choose({ticks, played.held, after_gap_.settled(), after_gap_.calm()});
   const Asks asks = asks_of(trace_.state);
   if (asks == Asks::kNothing) {
     trace_.target = source;
@@ -355,6 +387,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   x_source_ = source.x;
   gap_ = played.held ? kAfterGap : std::max(gap_ - ticks, 0);
   trace_.compensation = scene_.compensation();
+  trace_.share = after_gap_.share();
   if constexpr (kKeepsAccount) trace_.energy = scene_.energy();
   if constexpr (requires { scene_.friction(); }) trace_.friction = scene_.friction();
 
@@ -363,9 +396,9 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   if (led) {
     followed_ = trace_.target;
   } else if (guard_) {
-    followed_ = guard_->allow(local, trace_.target, verdict_.gain);
+    followed_ = guard_->allow(local, after_gap(trace_.target), verdict_.gain);
   } else {
-    followed_ = yielding(local, trace_.target, verdict_.gain);
+    followed_ = yielding(local, after_gap(trace_.target), verdict_.gain);
   }
 
   Output out;

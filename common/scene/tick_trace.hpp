@@ -20,6 +20,8 @@ struct Compensation {
 struct Elapsed {
   int ticks = 1;      // periods; more than one means that some were missed
   bool held = false;  // nothing newer of the peer has arrived: what was shown last is repeated
+  // Since the last gap there was time for what the peer tells to be learnt from, and for its friction.
+  bool settled = true, calm = true;
 };
 
 template <int N>
@@ -35,6 +37,7 @@ struct TickTrace {
   Nanoseconds playout_depth = 0;
   Nanoseconds rtt = 0;
   std::uint32_t limits = 0;
+  double share = 1.0;             // of the peer's motion that is followed; less after a gap in time
   std::uint64_t cuts = 0;         // ticks so far in which something that the peer said was cut
   Misfit misfit = Misfit::kNone;  // what the last identification found
   double shaking = 0.0;           // RMS of the own axis' velocity in the band of shaking, rad/s

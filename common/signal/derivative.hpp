@@ -4,6 +4,8 @@
 // that needs no "first sample" case.
 #pragma once
 
+#include <cmath>
+
 #include "common/signal/cutoff.hpp"
 #include "common/signal/joints.hpp"
 
@@ -24,9 +26,11 @@ class Derivative {
     y_ = x;
     v_.setZero();
   }
-  // Instead of a step when ticks were missed: take x as it is and keep the velocity, so that the gap is not
-  // differentiated into a spike. The next step at x + v dt then returns v again.
-  const Joints<N>& bridge(const Joints<N>& x) noexcept {
+  // Instead of a step when ticks were missed: as so many steps on the straight line from the last position to x, so
+  // that the gap is not differentiated into a spike, and the mean over it counts for as much as the time it took.
+  const Joints<N>& across(const Joints<N>& x, int ticks) noexcept {
+    const Joints<N> mean = (x - last()) / (dt_s_ * ticks);
+    v_ = mean + std::pow(1.0 - a_, ticks) * (v_ - mean);
     y_ = x - v_ * (dt_s_ / a_ - dt_s_);
     return v_;
   }

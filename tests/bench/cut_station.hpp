@@ -47,7 +47,7 @@ class Drive {
   [[gnu::noinline]] Motion<1> observe(const Joints<1>& x, int ticks) noexcept {
     Motion<1> local;
     local.x = x;
-    local.v = ticks > 1 ? derivative_.bridge(x) : derivative_.step(x);
+    local.v = ticks > 1 ? derivative_.across(x, ticks) : derivative_.step(x);
     dob_.step(gate_.applied(), local.v);
     local.f = rtob_.step(gate_.applied(), local.v);
     return local;

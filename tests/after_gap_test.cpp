@@ -1,0 +1,171 @@
+// A gap in time: what observers, laws and accounts make of ticks that were missed, of a clock that jumped, and of
+// content that did not come.
+#include "common/scene/after_gap.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/scene/station.hpp"
+
+namespace farhand {
+namespace {
+
+using J1 = Joints<1>;
+constexpr double kDt = 1e-3;
+
+TEST(AfterGap, NeitherALateTickNorALatePacketCosts) {
+  AfterGap gap(kDt);
+  for (int k = 0; k < 1000; ++k) {
+    gap.step(k < 500 && k % 10 < 2, k > 500 && k % 7 == 0 ? 2 : 1);
+    EXPECT_EQ(gap.share(), 1.0);
+    EXPECT_TRUE(gap.calm());
+  }
+}
+
+TEST(AfterGap, TheShareFallsAtOnceWithTheLengthOfTheGapAndComesBackInASecond) {
+  for (const bool own : {true, false}) {
+    double before = 1.0;
+    for (const int missed : {5, 15, 30, 60}) {
+      AfterGap gap(kDt);
+      gap.step(false, 1);
+      for (int k = 0; k < missed && !own; ++k) {
+        gap.step(true, 1);
+        EXPECT_EQ(gap.share(), 1.0) << "what is held on to is that of before";
+      }
+      gap.step(false, own ? missed + 1 : 1);
+      EXPECT_LT(gap.share(), before) << missed;
+      EXPECT_FALSE(gap.settled());
+      before = gap.share();
+      int ticks = 0;
+      for (; gap.share() < 1.0 && ticks < 2000; ++ticks) gap.step(false, 1);
+      EXPECT_NEAR(ticks * kDt, 1.0 - before, 2 * kDt);
+    }
+    EXPECT_EQ(before, 0.0);
+  }
+}
+
+TEST(AfterGap, LearningWaits) {
+  AfterGap gap(kDt);
+  gap.step(false, 10);
+  int settled = 0, calm = 0;
+  for (int k = 1; k < 1000; ++k) {
+    gap.step(false, 1);
+    if (settled == 0 && gap.settled()) settled = k;
+    if (calm == 0 && gap.calm()) calm = k;
+  }
+  EXPECT_NEAR(settled, 100, 1);
+  EXPECT_NEAR(calm, 500, 1);
+}
+
+StationParams params() {
+  StationParams p;
+  p.role = Role::kLeader;
+  p.scene.drive.gate.range_min = -10;
+  p.scene.drive.gate.range_max = 10;
+  return p;
+}
+
+// On a locked rotor the reaction is the torque that acted, a low-pass later.
+TEST(AfterGap, ObserversAreGivenWhatTheDriveDidMeanwhile) {
+  const DriveParams p = params().scene.drive;
+  DirectDrive<1> drive(p);
+  drive.reset({.x = J1(0.1)});
+  Motion<1> local;
+  const auto press = [&](int ticks) {
+    local = drive.observe({.x = J1(0.1)}, ticks);
+    Motion<1> target = local;
+    target.x += 0.2;
+    target.f = -local.f;
+    drive.follow(local, target, true, 1000);
+  };
+  for (int k = 0; k < 2000; ++k) press(1);
+  const double pressed = drive.torque()[0];
+  ASSERT_GT(pressed, 0.1);
+  double f = local.f[0];
+  const double a = p.g_reac.rad_s() * kDt / (1 + p.g_reac.rad_s() * kDt);
+  double acted = 0;
+  for (int k = 1; k <= 9; ++k) {
+    const double tau = pressed * p.power_stage.share((k - 0.5) * kDt);
+    acted += tau / 9;
+    f += a * (tau - f);
+  }
+  local = drive.observe({.x = J1(0.1)}, 9);
+  EXPECT_NEAR(local.f[0], f, 1e-9);
+  EXPECT_NEAR(drive.acting(local)[0], acted, 1e-9);
+  EXPECT_NEAR(drive.acted_share(), acted / pressed, 1e-9);
+  EXPECT_EQ(drive.torque()[0], 0.0) << "the drive has let go";
+}
+
+// What a station makes of an axis that moves evenly while its clock does something else.
+struct Even {
+  Station<FourChannel<DirectDrive<1>>> station{params()};
+  Nanoseconds now = kSecond;
+  double x = 0;
+  static constexpr double kSpeed = 0.5;
+  void tick(Nanoseconds on, int ticks = 1) {
+    now += on;
+    x += kSpeed * kDt;
+    DirectDrive<1>::Sensed sensed;
+    sensed.x = J1(x);
+    station.tick(now, sensed, OperatorAct::kNone, ticks);
+  }
+  double v() const { return station.trace().local.v[0]; }
+};
+
+TEST(AfterGap, AClockThatJumpsIsAGapAndNoSpeed) {
+  for (const Nanoseconds jump : {20 * kMillisecond, 5 * kSecond, -kSecond}) {
+    Even even;
+    for (int k = 0; k < 300; ++k) even.tick(kMillisecond);
+    ASSERT_NEAR(even.v(), Even::kSpeed, 1e-9);
+    even.tick(jump);
+    for (int k = 0; k < 300; ++k) {
+      EXPECT_GE(even.v(), 0.0) << jump;
+      EXPECT_LE(even.v(), Even::kSpeed + 1e-9) << jump;
+      even.tick(kMillisecond);
+    }
+    EXPECT_NEAR(even.v(), Even::kSpeed, 1e-6) << jump;
+  }
+}
+
+TEST(AfterGap, AReadingAfterALongGapIsAStartAtRest) {
+  DirectDrive<1> drive(params().scene.drive);
+  drive.reset({.x = J1(0)});
+  for (int k = 1; k < 100; ++k) drive.observe({.x = J1(1e-3 * k)}, 1);
+  const Motion<1> local = drive.observe({.x = J1(0.5)}, 1'000'000);
+  EXPECT_EQ(local.v[0], 0.0);
+  EXPECT_EQ(local.f[0], 0.0);
+}
+
+TEST(AfterGap, AMediatorLearnsNothingAcrossIt) {
+  const FourChannelGains K{.K_p = 400, .K_d = 40, .K_f = 250};
+  Mediator<1> mediator(K, kDt);
+  Motion<1> still;
+  mediator.reset(still);
+  // A wall and friction could be read from this.
+  for (int k = 0; k < 3000; ++k) {
+    Motion<1> slave;
+    slave.x = J1(0.1 * std::sin(0.01 * k));
+    slave.f = J1(std::copysign(0.2, std::cos(0.01 * k)) + 5 * slave.x[0]);
+    EXPECT_EQ(mediator.step(slave, slave, false, false).f[0], 0.0);
+  }
+  EXPECT_EQ(mediator.friction_named(), 0.0);
+}
+
+TEST(AfterGap, AnAccountOfEnergyCountsTheTorqueThatActed) {
+  SceneParams p;
+  const auto margin = [&](double acted) {
+    PassiveSlave<DirectDrive<1>> scene(p);
+    scene.start({}, {});
+    Motion<1> local, received;
+    received.f = J1(-0.5);
+    scene.target(local, received, {});
+    scene.keep({.torque = J1(0.5), .acted = acted, .moved = J1(0.1), .received = 0.0, .engaged = true, .ticks = 9});
+    return scene.energy();
+  };
+  EXPECT_LT(margin(1.0), 0.0);
+  EXPECT_NEAR(margin(0.25), 0.25 * margin(1.0), 1e-12);
+}
+
+}  // namespace
+}  // namespace farhand
