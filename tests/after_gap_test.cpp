@@ -23,6 +23,15 @@ TEST(AfterGap, NeitherALateTickNorALatePacketCosts) {
   }
 }
 
+TEST(AfterGap, WhatTheNetworkLosesCostsNothing) {
+  AfterGap gap(kDt);
+  for (int k = 0; k < 3000; ++k) {
+    gap.step(k % 50 != 0, 1);
+    EXPECT_EQ(gap.share(), 1.0);
+    EXPECT_TRUE(gap.calm());
+  }
+}
+
 TEST(AfterGap, TheShareFallsAtOnceWithTheLengthOfTheGapAndComesBackInASecond) {
   for (const bool own : {true, false}) {
     double before = 1.0;
@@ -33,7 +42,7 @@ TEST(AfterGap, TheShareFallsAtOnceWithTheLengthOfTheGapAndComesBackInASecond) {
         gap.step(true, 1);
         EXPECT_EQ(gap.share(), 1.0) << "what is held on to is that of before";
       }
-      gap.step(false, own ? missed + 1 : 1);
+      gap.step(false, own ? missed + 1 : 1, own ? 0.0 : missed * kDt);
       EXPECT_LT(gap.share(), before) << missed;
       EXPECT_FALSE(gap.settled());
       before = gap.share();

@@ -52,6 +52,8 @@ TEST(Intake, WhateverIsToldStaysWithinTheLimitsOfThisSide) {
     const int ticks = uniform(bits, 0, 1) < 0.05 ? 7 : 1;
     since += ticks;
     const Motion<1>& taken = intake.step(told(any(), any(), any()), held, driven, ticks);
+    intake.energy(any(), driven, ticks);
+    ASSERT_LE(intake.cuts(), static_cast<std::uint64_t>(k) + 1) << "a tick counts once";
     ASSERT_LE(std::abs(taken.x[0]), kLimits.range_max + kBeyond);
     ASSERT_LE(std::abs(taken.v[0]), kLimits.velocity);
     ASSERT_LE(std::abs(taken.f[0]), kLimits.torque);

@@ -100,7 +100,7 @@ class Intake {
     const double before = energy_.value();
     const bool cut = energy_.step(told, 0.0, credit_);
     credit_ -= std::clamp(energy_.value() - before, 0.0, credit_);
-    if (cut && driven) ++cuts_;
+    if (cut && driven && active_ == 0) ++cuts_;  // once a tick
     return energy_.value();
   }
 

@@ -6,8 +6,9 @@
 //
 // v is what the derivative said when it came to stand, and what it was behind, a/g_v; a is what the torque makes now of
 // the load that was known then. Who stops at once for good is believed after kLongest. Where the axis may meet what
-// stops it within that time nothing is judged: a wall looks the same.
-// (Whether an encoder is broken, plausibility.hpp says later and by harder evidence.)
+// stops it within that time nothing is judged: a wall looks the same. Nor is anything where the axis has several
+// joints: what is held back here is held back for all of them, and an encoder freezes for itself. (Whether an encoder
+// is broken, plausibility.hpp says later and by harder evidence.)
 #pragma once
 
 #include <cmath>
@@ -23,7 +24,7 @@ class StuckReading {
   // resolution: rad, one count. stiffest: 1/s2, N m/rad over kg m2 of what the axis may meet. g_v, g_dis: of what v and
   // a come from.
   StuckReading(double resolution, double stiffest, Cutoff g_v, Cutoff g_dis, double dt_s) noexcept
-      : judges_(std::sqrt(stiffest) * dt_s * kLongest <= 1.0),
+      : judges_(N == 1 && std::sqrt(stiffest) * dt_s * kLongest <= 1.0),
         x_noise_(resolution),
         v_noise_(resolution * g_v.rad_s() / (1.0 + g_v.rad_s() * dt_s)),
         a_noise_(v_noise_ * g_dis.rad_s()),

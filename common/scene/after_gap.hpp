@@ -1,5 +1,6 @@
 // How much of the peer's motion is followed after a gap in time: ticks that this host missed, a clock that jumped, or
-// content of the peer that did not come. Meanwhile one of the drives has let go by itself, the person in it has moved,
+// ticks that the peer's host missed. (What the network loses is none: the peer's drive was commanded all the while.)
+// Meanwhile one of the drives has let go by itself, the person in it has moved,
 // and what is shown of the peer leaps. The share of the motion to follow falls with the length of the gap, at once, and
 // comes back slowly: as after an engagement, whoever has been let go of is taken again gently. A single late tick costs
 // nothing, nor does a packet that is late.
@@ -19,17 +20,19 @@ class AfterGap {
   explicit AfterGap(double dt_s) noexcept : dt_s_(dt_s) {}
 
   // Once per tick. silent: nothing newer of the peer can be shown than in the tick before; gap: periods since then;
-  // engaged: else nothing of the peer is followed that could leap, and the share only comes back.
-  void step(bool silent, int gap, bool engaged = true) noexcept {
+  // told_s: by which the peer missed its own ticks, as its packets since then say; engaged: else nothing of the peer is
+  // followed that could leap, and the share only comes back.
+  void step(bool silent, int gap, double told_s = 0.0, bool engaged = true) noexcept {
     const double time = dt_s_ * gap, missed = time - dt_s_;
     waited_s_ += time;
-    const double waited = waited_s_ - dt_s_;
+    told_s_ += told_s;
+    const double waited = silent ? 0.0 : std::min(waited_s_ - dt_s_, told_s_);
     quiet_s_ = missed > kOwn || waited > kPeers ? 0.0 : std::min(quiet_s_ + dt_s_, kCalm + 1.0);
     share_ = std::min(1.0, share_ + time / kReturn);
     if (engaged) share_ = std::min(share_, left(missed - kOwn));
     if (silent) return;
     if (engaged) share_ = std::min(share_, left(waited - kPeers));
-    waited_s_ = 0.0;
+    waited_s_ = told_s_ = 0.0;
   }
 
   double share() const noexcept { return share_; }
@@ -45,7 +48,7 @@ class AfterGap {
   static constexpr double kReturn = 1.0;                   // s, from nothing to all of it
   static constexpr double kSettled = 0.1, kCalm = 0.5;     // s
   double dt_s_;
-  double share_ = 1.0, waited_s_ = 0.0, quiet_s_ = kCalm + 1.0;
+  double share_ = 1.0, waited_s_ = 0.0, told_s_ = 0.0, quiet_s_ = kCalm + 1.0;
 };
 
 }  // namespace farhand

@@ -115,6 +115,7 @@ class ReferenceDrive {
   void reset(const Sensed& sensed) noexcept {
     derivative_.reset(sensed.x);
     gate_.reset(sensed.x);
+    bounded_ = false;
   }
 
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
@@ -139,7 +140,7 @@ class ReferenceDrive {
   }
 
   Command safe() noexcept {
-    asks_torque_ = false;
+    asks_torque_ = bounded_ = false;
     return {.stop = true, .reference = gate_.applied()};
   }
 

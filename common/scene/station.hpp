@@ -289,6 +289,16 @@ class Station {
     return {own.x * position, own.v * position, own.f / force};
   }
 
+  // By which the peer missed its ticks between the newest packet and the one before: more time than packets.
+  double missed_by_peer_s() noexcept {
+    const Packet<N>& newest = receiver_.newest();
+    const bool follows = newest.session == heard_.session && newest.seq - heard_.seq < kMostPackets;
+    const double packets = newest.seq - heard_.seq;
+    const double time_s = 1e-9 * (static_cast<double>(newest.send_time_ns) - static_cast<double>(heard_.send_time_ns));
+    heard_ = {newest.session, newest.seq, newest.send_time_ns};
+    return follows ? std::clamp(time_s - packets * dt_s_, 0.0, 1.0) : 0.0;
+  }
+
   void fill(Packet<N>& packet, Nanoseconds now) noexcept {
     packet.session = params_.session;
     packet.seq = ++seq_;
@@ -314,6 +324,12 @@ class Station {
   Homing homing_;
   Identifying* identifying_;
   AfterGap after_gap_;
+  static constexpr std::uint32_t kMostPackets = 10'000;  // from one to the next, of the same session
+  struct Heard {
+    std::uint32_t session = 0, seq = 0;
+    Nanoseconds send_time_ns = 0;
+  };
+  Heard heard_;
   Nanoseconds last_tick_ = 0;
   Nanoseconds shown_ = 0;  // content time, on the peer's clock
   bool ticked_ = false;
@@ -360,7 +376,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
     intake_.reset();
     trace_.remote = own_motion();
   }
-  after_gap_.step(played.any && played.held && played.content_time == shown_, gap,
+  after_gap_.step(played.any && played.held && played.content_time == shown_, gap, missed_by_peer_s(),
                   trace_.state == StationState::kEngaged);
   shown_ = played.content_time;
   trace_.cuts = intake_.cuts();

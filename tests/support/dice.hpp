@@ -26,6 +26,7 @@ class Dice {
 
   SceneParams settings() {
     SceneParams p;
+    p.drive.stiffest_nm_per_rad = 1e9;  // what the dice throw is no motion: it may stand at any speed
     p.drive.model = {.J_n = uniform(1e-3, 6e-3),
                      .K_tn = 0.15,
                      .viscous = uniform(0, 0.01),
