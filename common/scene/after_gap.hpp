@@ -28,6 +28,7 @@ class AfterGap {
     told_s_ += told_s;
     const double waited = silent ? 0.0 : std::min(waited_s_ - dt_s_, told_s_);
     quiet_s_ = missed > kOwn || waited > kPeers ? 0.0 : std::min(quiet_s_ + dt_s_, kCalm + 1.0);
+    waits_ = silent && waited_s_ - dt_s_ > kPeers;
     share_ = std::min(1.0, share_ + time / kReturn);
     if (engaged) share_ = std::min(share_, left(missed - kOwn));
     if (silent) return;
@@ -37,8 +38,9 @@ class AfterGap {
 
   double share() const noexcept { return share_; }
   // Long enough ago for what the peer tells to be learnt from, and for its friction, which noise looks like.
-  bool settled() const noexcept { return quiet_s_ > kSettled; }
-  bool calm() const noexcept { return quiet_s_ > kCalm; }
+  // Nor while nothing comes, for whatever reason.
+  bool settled() const noexcept { return !waits_ && quiet_s_ > kSettled; }
+  bool calm() const noexcept { return !waits_ && quiet_s_ > kCalm; }
 
  private:
   static double left(double lost_s) noexcept { return std::clamp(1.0 - lost_s / kFade, 0.0, 1.0); }
@@ -49,6 +51,7 @@ class AfterGap {
   static constexpr double kSettled = 0.1, kCalm = 0.5;     // s
   double dt_s_;
   double share_ = 1.0, waited_s_ = 0.0, told_s_ = 0.0, quiet_s_ = kCalm + 1.0;
+  bool waits_ = false;
 };
 
 }  // namespace farhand
