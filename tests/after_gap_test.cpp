@@ -28,7 +28,7 @@ TEST(AfterGap, WhatTheNetworkLosesCostsNothing) {
   for (int k = 0; k < 3000; ++k) {
     gap.step(k % 50 != 0, 1);
     EXPECT_EQ(gap.share(), 1.0);
-    EXPECT_EQ(gap.calm(), k % 50 < 3) << "meanwhile nothing is learnt of what is held";
+    EXPECT_EQ(gap.calm(), k % 50 < 4) << "meanwhile nothing is learnt of what is held";
   }
 }
 
