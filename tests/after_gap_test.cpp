@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "common/scene/station.hpp"
 
@@ -52,6 +53,24 @@ TEST(AfterGap, TheShareFallsAtOnceWithTheLengthOfTheGapAndComesBackInASecond) {
     }
     EXPECT_EQ(before, 0.0);
   }
+}
+
+TEST(PeerTicks, AreMissedWhereMoreTimeThanPacketsWent) {
+  PeerTicks ticks(kDt);
+  const auto told = [&](std::uint32_t session, std::uint32_t seq, Nanoseconds ms) {
+    Packet<1> packet;
+    packet.session = session;
+    packet.seq = seq;
+    packet.send_time_ns = ms * kMillisecond;
+    return ticks.missed_s(packet);
+  };
+  told(7, 1, 1000);
+  EXPECT_NEAR(told(7, 2, 1001), 0.0, 1e-9);
+  EXPECT_NEAR(told(7, 62, 1061), 0.0, 1e-9) << "the network lost 59";
+  EXPECT_NEAR(told(7, 63, 1070), 8e-3, 1e-9);
+  EXPECT_EQ(told(7, 63, 1070), 0.0) << "nothing newer";
+  EXPECT_EQ(told(8, 1, 5000), 0.0) << "another session";
+  EXPECT_EQ(told(8, 2, std::numeric_limits<Nanoseconds>::max() / kMillisecond), 1.0) << "a stamp that cannot be";
 }
 
 TEST(AfterGap, LearningWaits) {

@@ -82,7 +82,7 @@ class PersonBound {
   static constexpr double kMoved = 0.0625;   // of J v_max^2, and
   static constexpr double kWrong = 0.35;     // of what moves: from there to half as much more he counts as moved
   static constexpr double kLed = 0.5;        // of that, from where on he is led
-  static constexpr double kLeads = 60.0;     // rad/s2, by which the peer may lead him on then
+  static constexpr double kBeyond = 60.0;    // rad/s2, by which the peer may lead him beyond the bound until then
   static constexpr double kBrake = 80.0;     // 1/s: torque is known 5 ms late, speed 3
   static constexpr double kLead = 1.0;       // of what f has grown over the time of k_B
   static constexpr double kEnd = 25.0;       // 1/s
@@ -146,7 +146,7 @@ double PersonBound<N>::most(const Along& now, double asked) noexcept {
   const std::uint32_t bit = least == by_speed ? kLimitVelocity : least == by_power ? kLimitPower : kLimitRange;
   if (p_.free) {
     const double freely = least + (1.0 - moved_) * std::max(0.0, now.a_own - least);
-    least = freely + (1.0 - led_) * std::clamp(asked - freely, 0.0, kLeads);
+    least = freely + (1.0 - led_) * std::clamp(asked - freely, 0.0, kBeyond);
   }
   if (asked > least) active_ |= bit;
   return least;

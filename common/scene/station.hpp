@@ -17,6 +17,7 @@
 #include "common/scene/engagement.hpp"
 #include "common/scene/four_channel.hpp"
 #include "common/scene/identifying.hpp"
+#include "common/scene/missed_ticks.hpp"
 #include "common/scene/passive_scenes.hpp"
 #include "common/scene/patient_guard.hpp"
 #include "common/scene/tick_trace.hpp"
@@ -49,6 +50,8 @@ class Station {
         homing_(p.homing, p.scene.drive.K, p.scene.drive.dt_s),
         identifying_(identifying),
         after_gap_(p.scene.drive.dt_s),
+        own_ticks_(p.scene.drive.dt_s),
+        peer_ticks_(p.scene.drive.dt_s),
         blend_(p.blend_s, p.align_speed),
         scaled_(p.scale.any()) {
     if (p.role == Role::kFollower) {
@@ -136,16 +139,6 @@ class Station {
     GateParams gate = params_.scene.drive.gate;
     gate.torque = std::min(gate.torque, params_.identifying.torque + params_.scene.drive.model.gravity);
     return gate;
-  }
-
-  // Periods since the last tick: those that were told, or more where the clock says so. One that went back tells
-  // nothing of the time since: the longest gap.
-  int gap_since_last(Nanoseconds now, int ticks) noexcept {
-    const double periods = ticked_ ? to_seconds(now - last_tick_) / dt_s_ : 0.0;
-    last_tick_ = now;
-    ticked_ = true;
-    if (periods < 0.0) return kLongestGap + 1;
-    return std::max(ticks, static_cast<int>(std::min(periods + 0.5, kLongestGap + 1.0)));
   }
 
   // Of the motion to follow, what is left after a gap. A hand is damped meanwhile; the therapist does not feel it.
@@ -289,16 +282,6 @@ class Station {
     return {own.x * position, own.v * position, own.f / force};
   }
 
-  // By which the peer missed its ticks between the newest packet and the one before: more time than packets.
-  double missed_by_peer_s() noexcept {
-    const Packet<N>& newest = receiver_.newest();
-    const bool follows = newest.session == heard_.session && newest.seq - heard_.seq < kMostPackets;
-    const double packets = newest.seq - heard_.seq;
-    const double time_s = 1e-9 * (static_cast<double>(newest.send_time_ns) - static_cast<double>(heard_.send_time_ns));
-    heard_ = {newest.session, newest.seq, newest.send_time_ns};
-    return follows ? std::clamp(time_s - packets * dt_s_, 0.0, 1.0) : 0.0;
-  }
-
   void fill(Packet<N>& packet, Nanoseconds now) noexcept {
     packet.session = params_.session;
     packet.seq = ++seq_;
@@ -324,15 +307,9 @@ class Station {
   Homing homing_;
   Identifying* identifying_;
   AfterGap after_gap_;
-  static constexpr std::uint32_t kMostPackets = 10'000;  // from one to the next, of the same session
-  struct Heard {
-    std::uint32_t session = 0, seq = 0;
-    Nanoseconds send_time_ns = 0;
-  };
-  Heard heard_;
-  Nanoseconds last_tick_ = 0;
+  OwnTicks own_ticks_;
+  PeerTicks peer_ticks_;
   Nanoseconds shown_ = 0;  // content time, on the peer's clock
-  bool ticked_ = false;
   Blend<N> blend_;
   std::optional<PatientGuard<N>> guard_;  // the follower's only
   std::optional<AxisWatch<N>> watch_;     // the leader's; the guard has its own
@@ -359,7 +336,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   if (zero_ != 0.0) (homed = read)->x += zero_;
   const typename Drive::Sensed& sensed = homed ? *homed : read;
   const bool usable = sensed.valid && sensed.finite();
-  const int gap = gap_since_last(now, ticks);
+  const int gap = own_ticks_.since_last(now, ticks);
   Motion<N>& local = trace_.local;
   const Joints<N> x_before = local.x;
   if (usable) {
@@ -376,8 +353,8 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
     intake_.reset();
     trace_.remote = own_motion();
   }
-  after_gap_.step(played.any && played.held && played.content_time == shown_, gap, missed_by_peer_s(),
-                  trace_.state == StationState::kEngaged);
+  after_gap_.step(played.any && played.held && played.content_time == shown_, gap,
+                  peer_ticks_.missed_s(receiver_.newest()), trace_.state == StationState::kEngaged);
   shown_ = played.content_time;
   trace_.cuts = intake_.cuts();
   trace_.playout_depth = played.depth;
