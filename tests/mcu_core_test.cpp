@@ -188,7 +188,7 @@ TEST(McuCore, AnEncoderJumpStopsTheMotorUntilReset) {
   for (const bool joint : {true, false}) {
     Bench bench;
     bench.activate(Mode::kTrack);
-    const double jump = 0.06;  // 100 rad/s is 0.05 rad per loop
+    const double jump = 0.08;  // 150 rad/s is 0.075 rad per loop
     McuOutput output = bench.loop(joint ? jump : 0, joint ? 0 : jump);
     EXPECT_EQ(output.state, State::kFault);
     EXPECT_EQ(output.motor_velocity, 0);
@@ -201,6 +201,30 @@ TEST(McuCore, AnEncoderJumpStopsTheMotorUntilReset) {
     }
     bench.core = OrthosisMcu(make_mcu_params(bench.settings));
     EXPECT_EQ(bench.loop().state, State::kSafe);
+  }
+}
+
+// What an encoder missed while it stood comes back as one step, of 35 rad/s here; followed, it would throw the motor
+// ahead of the hand.
+TEST(McuCore, AJointIsNotBelievedFasterThanItsLimitWhateverItsEncoderMissed) {
+  for (const double v : {-3.5, 3.5, 8.0}) {
+    Bench b;
+    const double fastest = kFastest * b.settings.velocity_limit, believed = std::fmin(std::fmax(v, -fastest), fastest);
+    double x = 0;
+    const auto move = [&](int loops, bool stands) {
+      const double shown = x;
+      for (int i = 0; i < loops; ++i) {
+        x += v / b.settings.loop_hz;
+        b.loop(stands ? shown : x, x);
+        ASSERT_LE(std::fabs(to_rad_s(b.core.velocity())), fastest + 1e-3) << v;
+      }
+    };
+    move(40, false);
+    EXPECT_NEAR(to_rad_s(b.core.velocity()), believed, 0.2) << v;
+    move(10, true);
+    EXPECT_LT(std::fabs(to_rad_s(b.core.velocity())), 0.12 * std::fabs(believed)) << v;
+    move(20, false);  // five times its filter's time
+    EXPECT_NEAR(to_rad_s(b.core.velocity()), believed, 0.2) << v;
   }
 }
 

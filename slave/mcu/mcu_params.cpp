@@ -84,6 +84,7 @@ McuParams make_mcu_params(const McuSettings& s) {
   p.spring = make_gain("spring", s.spring * kTorquePerAngle);
   p.velocity_filter = make_gain("g_v", a_v);
   p.per_second = make_gain("g_v", a_v / dt * kVelocityUnits / kAngleUnits);
+  p.most_ahead = rounded(std::fmin(kFastest * s.velocity_limit * dt / a_v, 4) * kAngleUnits);
   p.observer_filter = make_gain("g", a);
   p.inertia = make_gain("J_n g", s.J_n * s.g * kTorquePerVelocity);
   p.viscous = make_gain("viscous", s.viscous * kTorquePerVelocity);

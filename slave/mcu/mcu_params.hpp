@@ -11,6 +11,9 @@ namespace farhand::mcu {
 // At the joint; of the simulated motors only, whose current the MCU shows but does not use.
 constexpr double kMotorTorqueNmPerA = 1.5;
 
+// Of velocity_limit, that a joint is believed to move. A hand that springs back is faster; its spring tells that.
+constexpr double kFastest = 1.1;
+
 struct McuSettings {
   double loop_hz = 2000;
   double spring = 10;                   // N m/rad
@@ -35,7 +38,7 @@ struct McuSettings {
   double power_limit = 2;  // W, at the hand
   // Faults.
   double spring_torque_fault = 6;
-  double encoder_speed_fault = 100;  // rad/s between two readings
+  double encoder_speed_fault = 150;  // rad/s between two readings: what stood for 5 ms may come back
   double overrun_fault_s = 0.01;     // every loop late for this long
   double watchdog_s = 0.02;
   double ramp_s = 0.05;

@@ -65,6 +65,7 @@ struct McuParams {
   EncoderUnit joint, motor;
   Gain spring;                       // k
   Gain velocity_filter, per_second;  // a = g_v dt / (1 + g_v dt), a / dt
+  int32_t most_ahead;                // of x before LPF[x]
   Gain observer_filter, inertia;     // g dt / (1 + g dt), J_n g
   Gain viscous;                      // D
   Gain K_p, K_d, K_f;                // times J_n

@@ -168,10 +168,12 @@ void OrthosisCore<P>::sense(const McuInput& input) {
 
 template <class P>
 void OrthosisCore<P>::estimate() {
-  // v = (a / dt)(x - LPF[x]) is the telescoped band-limited derivative; both gains see the same difference.
-  const int32_t ahead = x_ - x_filtered_;
+  // v = (a / dt)(x - LPF[x]) is the telescoped band-limited derivative; both gains see the same difference. An encoder
+  // that stood and comes back makes a step of what it missed; no joint is as fast as that, and the motor, which follows
+  // v, would throw the hand ahead.
+  const int32_t ahead = limited(x_ - x_filtered_, p().most_ahead);
   v_ = times(ahead, p().per_second);
-  x_filtered_ += times(ahead, p().velocity_filter);
+  x_filtered_ = x_ - ahead + times(ahead, p().velocity_filter);
   const int32_t inertia = times(v_, p().inertia);
   dob_ += times(tau_spring_ + inertia - dob_, p().observer_filter);
   const int32_t tau_known = limited(tau_spring_ - times(v_, p().viscous), kLargest);

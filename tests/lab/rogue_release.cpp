@@ -12,7 +12,7 @@ constexpr double kWatched = 0.4;   // s, more than a swing of the slowest body
 
 BodyState rate(const Body& b, const BodyState& s) noexcept {
   const double tau = b.spring > 0 ? b.spring * (s.motor_x - s.x) : 0.0;
-  const double wanted = std::clamp(s.v - s.v_lag - b.spring_gain * tau, -b.motor_limit, b.motor_limit);
+  const double wanted = std::clamp(b.followed(s) - b.spring_gain * tau, -b.motor_limit, b.motor_limit);
   const double a = (tau - b.viscous * s.v - b.reaction(s.x, s.v)) / b.J;
   return {s.v, a, s.motor_v, 2 * std::numbers::pi * b.motor_hz * (wanted - s.motor_v),
           b.velocity_cutoff > 0 ? a - b.velocity_cutoff * s.v_lag : 0.0};
@@ -29,6 +29,10 @@ double Body::reaction(double x, double v) const noexcept {
   return K * x + B * v + (stretched ? spastic * (std::fabs(v) - spastic_above) * (v > 0 ? 1 : -1) : 0.0);
 }
 
+double Body::followed(const BodyState& s) const noexcept {
+  return velocity_cutoff > 0 ? std::clamp(s.v - s.v_lag, -fastest, fastest) : s.v;
+}
+
 LetGo let_go(const Body& body, BodyState s) noexcept {
   LetGo most;
   for (double t = 0; t < kWatched; t += kStep) {
@@ -42,6 +46,7 @@ LetGo let_go(const Body& body, BodyState s) noexcept {
               {mean(a.x, b.x, c.x, d.x), mean(a.v, b.v, c.v, d.v), mean(a.motor_x, b.motor_x, c.motor_x, d.motor_x),
                mean(a.motor_v, b.motor_v, c.motor_v, d.motor_v), mean(a.v_lag, b.v_lag, c.v_lag, d.v_lag)},
               kStep);
+    s.v_lag = s.v - body.followed(s);
     if (std::fabs(s.x) > body.stop) {
       s.x = std::copysign(body.stop, s.x);
       s.v = 0;

@@ -4,6 +4,11 @@
 
 namespace farhand::rogue {
 
+struct BodyState {
+  double x = 0, v = 0, motor_x = 0, motor_v = 0;
+  double v_lag = 0;  // rad/s, by which the velocity that the motor follows is behind v
+};
+
 struct Body {
   double J, viscous;  // of the device, kg m2, N m s/rad
   double K, B;        // of the person, around 0 rad
@@ -13,13 +18,10 @@ struct Body {
   double spring = 0;     // N m/rad, behind an MCU; 0: a direct drive
   double motor_hz = 30, motor_limit = 4, spring_gain = 10;
   double velocity_cutoff = 0;  // rad/s, of the joint's velocity that the motor follows; 0: as it is
+  double fastest = 1e9;        // rad/s, that it follows
 
+  double followed(const BodyState& s) const noexcept;
   double reaction(double x, double v) const noexcept;  // without the person's inertia
-};
-
-struct BodyState {
-  double x = 0, v = 0, motor_x = 0, motor_v = 0;
-  double v_lag = 0;  // rad/s, by which the velocity that the motor follows is behind v
 };
 
 struct LetGo {

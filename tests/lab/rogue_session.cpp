@@ -159,7 +159,8 @@ Allowed allowed_of(const scene::Scene& scene, const Cell& cell, const Plan& plan
             .motor_hz = elastic.motor_bandwidth_hz(),
             .motor_limit = elastic.motor_speed_limit_rad_s(),
             .spring_gain = scene.slave().mcu().spring_gain_per_s(),
-            .velocity_cutoff = scene.slave().mcu().g_v_rad_s()};
+            .velocity_cutoff = scene.slave().mcu().g_v_rad_s(),
+            .fastest = mcu::kFastest * a.speed};
   return a;
 }
 
