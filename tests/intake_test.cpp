@@ -74,6 +74,20 @@ TEST(Intake, AGapOfTheNetworkCostsNothing) {
   EXPECT_EQ(intake.cuts(), 0u);
 }
 
+// Neither buys time: every packet a little too late to be anything but the newest, or one far leap and then silence.
+TEST(Intake, WhoIsAlwaysLateOrFallsSilentMovesNoFaster) {
+  for (const bool late : {true, false}) {
+    Intake<1> intake(kLimits, kDt);
+    double last = intake.step(told(-0.3, 0, 0), false, true, 1).x[0];
+    for (int k = 1; k <= 200; ++k) {
+      const double x = intake.step(told(late ? -0.3 + 0.01 * k : 0.3, 0, 0), true, true, 1).x[0];
+      ASSERT_LE(x - last, kLimits.velocity * kDt + 1e-12) << late << ' ' << k;
+      last = x;
+    }
+    EXPECT_GT(last, 0.29) << "and gets there";
+  }
+}
+
 TEST(Intake, AWaveGoesOnFromWhereItWasOnceItsSenderIsRightAgain) {
   IntakeParams limits;
   limits.wave = 6.0;

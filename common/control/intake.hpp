@@ -60,8 +60,8 @@ class Intake {
   // Nothing is known of the peer.
   void reset() noexcept { begun_ = false; }
 
-  // told: as played out, finite. held: it is the motion of before. driven: this side moves somebody by it; else it is
-  // only looked at, and may be anywhere within the range at once.
+  // told: as played out, finite. held: nothing newer has come, though it may be shown late. driven: this side moves
+  // somebody by it; else it is only looked at, and may be anywhere within the range at once.
   const Motion<N>& step(const Motion<N>& told, bool held, bool driven, int ticks) noexcept {
     since_s_ += dt_s_ * ticks;
     const double way = p_.velocity * since_s_;
@@ -87,7 +87,10 @@ class Intake {
       }
     }
     begun_ = true;
-    if (!held) since_s_ = 0.0;
+    // Who is always late is held all the while, and new all the same. And what was too far away is on its way there.
+    const bool moved = (told.x != told_.x).any() || (told.f != told_.f).any() || (active_ & kLimitRate) != 0;
+    if (!held || moved) since_s_ = 0.0;
+    told_ = told;
     if (!driven) active_ = 0;
     if (active_ != 0) ++cuts_;
     return motion_;
@@ -113,7 +116,7 @@ class Intake {
   static constexpr double kSaved = 2.0;      // s, of a gap after which nothing of the energy is lost
   IntakeParams p_;
   double dt_s_;
-  Motion<N> motion_;
+  Motion<N> motion_, told_;
   GrowingSum energy_;
   std::array<GrowingSum, static_cast<std::size_t>(N)> wave_{};
   double credit_ = 0.0;
