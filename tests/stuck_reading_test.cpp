@@ -95,5 +95,23 @@ TEST(StuckReading, IsBelievedAfterEightTicksAndNeverDoubtedBeforeAWall) {
   EXPECT_EQ(stuck, 8);
 }
 
+// Where the axis moved fast enough to be told from rest, and not for longer than an encoder may stand.
+TEST(StuckReading, TellsWhichWayItMovedWhileItMayYetBeStuck) {
+  for (const double v : {-3.0, -1.0, 0.1, 1.0, 3.0}) {
+    Axis axis{.count = kCoarse, .J = kJ, .K = 0};
+    axis.v = v;
+    for (int k = 0; k < 60; ++k) axis.tick(0.02 * axis.v);
+    axis.frozen = true;
+    int way = 0, ticks = 0;
+    for (int k = 0; k < 20; ++k) {
+      axis.tick(0.02 * axis.v);
+      if (axis.stuck.moved()[0] != 0.0) way = static_cast<int>(axis.stuck.moved()[0]), ++ticks;
+    }
+    EXPECT_EQ(way, std::fabs(v) < 0.5 ? 0 : v > 0 ? 1 : -1) << v;
+    EXPECT_LE(ticks, 9) << v;
+    EXPECT_EQ(axis.stuck.moved()[0], 0.0) << v;
+  }
+}
+
 }  // namespace
 }  // namespace farhand

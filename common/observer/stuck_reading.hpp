@@ -47,6 +47,7 @@ class StuckReading {
       return false;
     }
     if (!stood) {
+      came_with_ = v;
       v_ = v + lag_s_ * a;
       z_.setZero();
     }
@@ -68,13 +69,22 @@ class StuckReading {
   }
   const Joints<N>& v() const noexcept { return v_; }  // by now, if it is stuck
 
+  // Which way the axis moved when the reading came to stand, while it stands and may yet be stuck: -1, 1, or 0 where
+  // it was too slow to tell.
+  Joints<N> moved() const noexcept {
+    if (!judges_ || stood_ == 0 || stood_ > kLongest) return Joints<N>::Zero();
+    return (came_with_.abs() > kFast * v_noise_).select(came_with_.sign(), 0.0);
+  }
+
  private:
   static constexpr int kLongest = 8;                   // ticks
+  static constexpr double kFast = 1.05;                // times what one count makes of v
   static constexpr double kSure = 2.0, kDoubts = 1.0;  // times what is hidden
   bool judges_;
   double x_noise_, v_noise_, a_noise_;  // what one count may make of each, rad, rad/s, rad/s2
   double lag_s_, dt_s_;
   Joints<N> x_ = Joints<N>::Zero(), v_ = Joints<N>::Zero(), z_ = Joints<N>::Zero();
+  Joints<N> came_with_ = Joints<N>::Zero();  // rad/s
   int stood_ = 0;
   bool began_ = false;
 };

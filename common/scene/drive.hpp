@@ -35,7 +35,7 @@ class DirectDrive {
         dob_(p.model.J_n, p.g_dis, p.dt_s),
         rtob_(p.model, p.g_reac, p.dt_s),
         stuck_(p.resolution, p.stiffest_nm_per_rad / p.model.J_n, p.g_v, p.g_dis, p.dt_s),
-        moving_{derivative_, dob_, rtob_},
+        moving_{derivative_, dob_, rtob_, Joints<N>::Zero()},
         bound_(p.person, p.gate, p.model.J_n, p.K.K_f, p.dt_s),
         gate_(p.gate, p.dt_s),
         rise_(p.dt_s / p.take_over_s),
@@ -72,6 +72,8 @@ class DirectDrive {
   // The reading after so many that were not believed, and so many ticks that were missed.
   Motion<N> across(const Joints<N>& x, int unseen, int ticks) noexcept;
   Motion<N> estimate(const Joints<N>& x, const Joints<N>& tau) noexcept;
+  // What the drive may be asked for while its reading stands.
+  Joints<N> doubted(Joints<N> wish) const noexcept;
 
   AxisModel model_;
   TorqueHold power_stage_;
@@ -85,6 +87,7 @@ class DirectDrive {
     Derivative<N> derivative;
     Dob<N> dob;
     Rtob<N> rtob;
+    Joints<N> torque;
   };
   Observers moving_;  // as they were when the reading came to stand
   int unseen_ = 0;    // ticks for which the reading was stuck

@@ -26,7 +26,7 @@ Motion<N> DirectDrive<N>::observe(const Sensed& sensed, int ticks) noexcept {
   acted_share_ = 1.0;
   const Dob<N>& known = stuck_.stood() > 0 ? moving_.dob : dob_;
   if (stuck_.step(sensed.x, derivative_.value(), (acted_ - known.value()) / model_.J_n))
-    moving_ = {derivative_, dob_, rtob_};
+    moving_ = {derivative_, dob_, rtob_, acted_};
   if (stuck_.stuck(limits_ != 0)) {
     derivative_ = moving_.derivative;
     dob_ = moving_.dob;
@@ -75,14 +75,27 @@ Motion<N> DirectDrive<N>::across(const Joints<N>& x, int unseen, int ticks) noex
   return local;
 }
 
+// Slow as the axis is, a reading that stands tells nothing for some ticks. If the axis did stop, what pushes it on may
+// come a few ms later; if it did not, what made up for the stop would drive it over the limit that it is near.
+template <int N>
+Joints<N> DirectDrive<N>::doubted(Joints<N> wish) const noexcept {
+  const Joints<N> moved = stuck_.moved();
+  for (int i = 0; i < N; ++i) {
+    const double most = std::max({moved[i] * moving_.torque[i], moved[i] * moving_.dob.value()[i], 0.0});
+    if (moved[i] * wish[i] > most && moved[i] != 0.0) wish[i] = moved[i] * most;
+  }
+  return wish;
+}
+
 template <int N>
 auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept
     -> Command {
   authority_ = std::clamp(authority_ + (driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
   const Joints<N> asked = four_channel(K_, local, target);
   const Joints<N> a_ref = bound_.step(asked, local, gate_.applied(), dob_.value());
-  limits_ = driven ? bound_.active() : 0u;
-  const Joints<N> wish = model_.J_n * a_ref + dob_.value();
+  const bool near_limit = std::exchange(limits_, driven ? bound_.active() : 0u) != 0;
+  const Joints<N> free = model_.J_n * a_ref + dob_.value();
+  const Joints<N> wish = near_limit ? doubted(free) : free;
   // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.
   if (model_.gravity == 0.0) return {gate_.pass(authority_ * wish, local.x)};
   const Joints<N>& idle = rtob_.gravity_load();
