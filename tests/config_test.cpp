@@ -282,7 +282,13 @@ TEST(Load, RefusesWhatCannotBe) {
   EXPECT_EQ(complaint(kBase + "tick_s: 0.0008\nslave { device: SERIES_ELASTIC }"),
             "FILE:3:1: tick_s = 8e-4 is shorter than a frame on the serial line of a SERIES_ELASTIC slave takes: give "
             "at least 0.00087 s");
-  EXPECT_EQ(complaint(kBase + "tick_s: 0.0008\nslave { device: DIRECT_DRIVE }"), "");
+  EXPECT_EQ(
+      complaint(kBase + "tick_s: 0.006\nslave { device: SERIES_ELASTIC }"),
+      "FILE:3:1: tick_s = 0.006 is too long for a SERIES_ELASTIC slave: a command and its echo may take 8 ms, and "
+      "are seen a tick late; give at most 0.005 s");
+  for (const char* tick : {"0.0008", "0.02"}) {
+    EXPECT_EQ(complaint(kBase + "tick_s: " + tick + "\nslave { device: DIRECT_DRIVE }"), "");
+  }
 }
 
 TEST(CompleteText, LoadsToTheSameScene) {

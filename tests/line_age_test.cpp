@@ -1,5 +1,7 @@
 // A serial line that lags, in virtual time: whole sessions behind the MCU, in which commands or telemetry come later
 // and later, or at once; and what is not to be taken for it.
+#include "common/device/line_age.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,8 +19,8 @@ constexpr Nanoseconds kMs = kMillisecond;
 constexpr Nanoseconds kAtOnce = 0;
 
 // The therapist's arm presses on the hand with some 1 N m once both are engaged.
-scene::Scene pressing() {
-  return load_scene_text(R"(
+scene::Scene pressing(double tick_s) {
+  scene::Scene scene = load_scene_text(R"(
 architecture: FOUR_CHANNEL_CDOB_SDCV
 duration_s: 10000
 control { f_1_nm: 0.2 f_2_nm: 0.45 K_f_per_kgm2: 125 }
@@ -30,13 +32,15 @@ network {
   backward { delay_s: 0.03 distribution: CONSTANT }
 }
 )",
-                         "line.txtpb", {})
-      .scene;
+                                       "line.txtpb", {})
+                           .scene;
+  scene.set_tick_s(tick_s);
+  return scene;
 }
 
 class Session {
  public:
-  Session() : rig(pressing()) {}
+  explicit Session(double tick_s = 0.001) : rig(pressing(tick_s)) {}
 
   StationState slave() const { return rig.slave.side->trace().state; }
   Reason why() const { return rig.slave.side->trace().reason; }
@@ -237,6 +241,85 @@ TEST(LineAge, OneThatNeedsMoreThanEightMillisecondsIsRefusedInSelfTest) {
     session.run(1500 * kMs);
     EXPECT_EQ(session.slave(), StationState::kReady) << name_of(session.why());
   }
+}
+
+// What a line needs is known to a tick only, and a tick may be as long as a scene may make it.
+TEST(LineAge, OfLongerTicksAGoodLineIsGoodAndOneThatLagsIsKnown) {
+  for (const int tick_ms : {2, 3, 4, 5}) {
+    Session session(1e-3 * tick_ms);
+    session.press();
+    ASSERT_TRUE(session.engaged()) << tick_ms << " ms: " << name_of(session.why());
+    session.run(5 * kSecond);
+    ASSERT_TRUE(session.engaged()) << tick_ms << " ms: " << name_of(session.why());
+    const SerialCounters good = session.line();
+    EXPECT_LE(good.need_s, 0.008) << tick_ms;
+    EXPECT_LE(good.most_age_s, good.need_s + LineAge::kWarned) << tick_ms;
+    EXPECT_EQ(good.warned, 0u) << tick_ms;
+    EXPECT_FALSE(good.blind) << tick_ms;
+    const Nanoseconds from = session.rig.now;
+    session.rig.cable.lag_to_mcu = 50 * kMs;
+    while (session.engaged() && session.rig.now < from + kSecond) session.rig.tick();
+    EXPECT_EQ(session.slave(), StationState::kOff) << tick_ms;
+    EXPECT_LE(session.rig.now - from, 20 * kMs + 50 * kMs) << tick_ms;
+    std::printf("tick %d ms: line needs %.1f ms, takes up to %.1f; Off %.0f ms after it lags by 50\n", tick_ms,
+                1e3 * good.need_s, 1e3 * good.most_age_s, 1e-6 * static_cast<double>(session.rig.now - from));
+  }
+}
+
+// Also for the therapist's device behind an MCU, whose scene may be one of a direct drive.
+TEST(LineAge, ATickThatNoLineCanKeepIsRefusedBeforeTheLoop) {
+  for (const double tick_s : {0.0008, 0.006, 0.02}) EXPECT_THROW(Session{tick_s}, std::invalid_argument) << tick_s;
+}
+
+// A host whose every tick is late by `every` - 1 ms.
+void run_late(Session& session, int every, Nanoseconds span) {
+  int k = 0;
+  for (const Nanoseconds end = session.rig.now + span; session.rig.now < end;) {
+    session.rig.slave.runs = k++ % every == 0;
+    session.rig.tick();
+  }
+  session.rig.slave.runs = true;
+}
+
+// However late it looks, it knows how long the line took at the most.
+TEST(LineAge, AHostThatIsAlwaysLateIsNotTakenForALineThatIs) {
+  for (const int every : {2, 3, 4}) {
+    Session session;
+    run_late(session, every, 1500 * kMs);
+    EXPECT_EQ(session.slave(), StationState::kReady) << every << ": " << name_of(session.why());
+  }
+  for (const int every : {12, 20, 40}) {
+    Session session;
+    run_late(session, every, 1500 * kMs);
+    EXPECT_EQ(session.slave(), StationState::kFault) << every;
+    EXPECT_TRUE(session.line().blind) << every;
+    EXPECT_STREQ(why_of(*session.rig.slave.side), "this PC looks too late at its serial line");
+  }
+  Session session;
+  session.rig.cable.lag_to_mcu = 16 * kMs;
+  session.run(1500 * kMs);
+  EXPECT_FALSE(session.line().blind) << "the line is slow, and the host is not";
+  EXPECT_STREQ(why_of(*session.rig.slave.side), name_of(Reason::kLineSlow));
+}
+
+// What a line is said to take was seen by a look in time, or is the least that a late one proves.
+TEST(LineAge, ALateLookThatKnowsNothingOfTheLineSaysNothingOfIt) {
+  Session session;
+  session.rig.cable.lag_from_mcu = 2 * kMs;
+  session.press();
+  ASSERT_TRUE(session.engaged());
+  const double usual = session.line().age_s;
+  for (int k = 0; k < 4000; ++k) {
+    session.rig.slave.runs = k % 40 > 8;  // 10 ms from look to look, now and then
+    session.rig.tick();
+    ASSERT_GE(session.line().age_s, usual - 0.002) << k;
+    EXPECT_FALSE(session.line().blind);
+  }
+  EXPECT_TRUE(session.engaged()) << name_of(session.why());
+  run_late(session, 9, 400 * kMs);
+  EXPECT_TRUE(session.line().blind) << "no look was in time any more";
+  session.run(100 * kMs);
+  EXPECT_FALSE(session.line().blind);
 }
 
 // An honest adapter with a latency timer of 16 ms, which is full before it is over, and a host that stalls. span: of

@@ -194,6 +194,17 @@ TEST(LiveStatus, ShowsEveryNumberAndDashesForTheUnknown) {
   EXPECT_NE(line.find("RTT - ms  loss - %"), std::string::npos) << line;
 }
 
+TEST(LiveStatus, TellsOfALineWhatIsKnownOfIt) {
+  EXPECT_EQ(format_live_status({}).find("line"), std::string::npos) << "there is none";
+  EXPECT_NE(format_live_status({.line_s = 0.004}).find("  line 4.0 ms"), std::string::npos);
+  EXPECT_NE(format_live_status({.line_s = 0.016, .line_lags = true}).find("  line 16.0 ms LAGS"), std::string::npos);
+  const std::string slow = format_live_status({.line_s = 0.012, .line_slow = true});
+  EXPECT_NE(slow.find("latency timer"), std::string::npos) << slow;
+  const std::string late = format_live_status({.line_s = 0.004, .line_blind = true, .line_slow = true});
+  EXPECT_NE(late.find("  line not known: this PC is late  this PC looks too late"), std::string::npos) << late;
+  EXPECT_EQ(late.find("latency timer"), std::string::npos) << late;
+}
+
 TEST(LiveStatus, PrintsTheNewestAtTheEndAsAPlainLineAndNothingWhenQuiet) {
   for (const bool quiet : {false, true}) {
     Pipe pipe;

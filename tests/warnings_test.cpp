@@ -157,6 +157,11 @@ const Bound kBounds[] = {
      "slave.series_elastic.motor_speed_limit_rad_s=0.19",
      "slave.series_elastic.motor_speed_limit_rad_s=0.18",
      "master.therapist.intended moves at 0.188 rad/s, faster than slave.series_elastic.motor_speed_limit_rad_s = 0.18"},
+    {"speed of the MCU's references",
+     {"slave.device=SERIES_ELASTIC", "control.K_f_per_kgm2=125", "slave.axis.velocity_limit_rad_s=0.4"},
+     "tick_s=0.002",
+     "tick_s=0.0022",
+     "master.therapist.intended moves at 0.188 rad/s, faster than 0.182 rad/s, to which tick_s = 0.0022 slows the MCU"},
     // K_h 3 and k 5 in series over 0.1 rad: 0.1875 N m
     {"torque of the slave",
      {"slave.hand={stiffness_nm_per_rad: 5}"},

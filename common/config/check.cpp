@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "common/config/schema.hpp"
+#include "common/device/line_age.hpp"
 
 namespace farhand {
 namespace {
@@ -152,13 +153,19 @@ void check_start(Checker& checker, const M& device, const std::string& prefix) {
                                                   " must be at least 0: a device starts at 0 rad");
 }
 
-// Ten bytes of ten bits per frame at 115200 baud, one frame per tick.
+// One frame per tick, and its echo.
 void check_serial_line(Checker& checker, const scene::Scene& scene) {
-  constexpr double kFrame_s = 10 * 10 / 115200.0;
-  if (scene.slave().device() != scene::SERIES_ELASTIC || scene.tick_s() >= kFrame_s) return;
-  checker.complain("tick_s", "tick_s = " + shortest(scene.tick_s()) +
-                                 " is shorter than a frame on the serial line of a SERIES_ELASTIC slave takes: give at "
-                                 "least 0.00087 s");
+  if (scene.slave().device() != scene::SERIES_ELASTIC) return;
+  const std::string tick = "tick_s = " + shortest(scene.tick_s());
+  if (scene.tick_s() < LineAge::kShortestTick)
+    checker.complain("tick_s", tick +
+                                   " is shorter than a frame on the serial line of a SERIES_ELASTIC slave takes: give "
+                                   "at least 0.00087 s");
+  if (scene.tick_s() > LineAge::kLongestTick)
+    checker.complain("tick_s", tick +
+                                   " is too long for a SERIES_ELASTIC slave: a command and its echo may take 8 ms, and "
+                                   "are seen a tick late; give at most " +
+                                   shortest(LineAge::kLongestTick) + " s");
 }
 
 // A lead of the motion to follow is a torque only where both gains are there.

@@ -302,6 +302,12 @@ class Warner {
     if (is_elastic(s_)) {
       const scene::SeriesElastic& e = s_.slave().series_elastic();
       stops("slave.series_elastic.", e.stop_min_rad(), e.stop_max_rad());
+      // Each command moves the MCU's references by a millisecond's worth at most.
+      const double moved = s_.slave().axis().velocity_limit_rad_s() * 0.001 / s_.tick_s();
+      if (fastest > moved && s_.tick_s() > 0.001)
+        say("master.therapist.intended moves at " + rounded(fastest) + " rad/s, faster than " + rounded(moved) +
+            " rad/s, to which " + is("tick_s", s_.tick_s()) +
+            " slows the MCU: it moves by 1 ms of slave.axis.velocity_limit_rad_s with each command");
       for (const auto& [field, limit] :
            {std::pair<std::string, double>{"slave.axis.velocity_limit_rad_s", s_.slave().axis().velocity_limit_rad_s()},
             {"slave.series_elastic.motor_speed_limit_rad_s", e.motor_speed_limit_rad_s()}})

@@ -20,19 +20,26 @@ class LineAge {
   static constexpr double kWarned = 0.010;   // s, beyond its need
   static constexpr double kTooOld = 0.020;   // s, beyond its need
   static constexpr std::uint8_t kTells = 5;  // the first firmware that tells numbers
+  // s, from command to command: no frame is shorter, and of a longer tick the line would need too much, as it is known
+  // to a tick only.
+  static constexpr double kShortestTick = 10 * 10 / 115200.0, kLongestTick = 0.005;
+
+  // tick_s: from command to command.
+  explicit LineAge(double tick_s = 0.001) noexcept : tick_s_(tick_s) {}
 
   // The number of the command that is sent now.
   std::uint16_t send(double t_s) noexcept {
-    sent_s_[sent_ % kKept] = t_s;
+    earliest_s_[sent_ % kKept] = latest_s_[sent_ % kKept] = t_s;
     return static_cast<std::uint16_t>(sent_++ % mcu::kNumbers);
   }
 
   // Between begin and end: each frame that waited. tells: its MCU tells numbers.
   void begin(double t_s) noexcept {
     gap_s_ = t_s - read_s_;
-    late_ = gap_s_ > 1.5 * kPeriod;
+    late_ = gap_s_ > 1.5 * tick_s_;
     // What was sent before the gap may have left as late as this loop came back.
-    if (late_ && sent_ > 0) sent_s_[(sent_ - 1) % kKept] = t_s - kPeriod, moved_ = sent_;
+    if (late_ && sent_ > 0) latest_s_[(sent_ - 1) % kKept] = t_s - tick_s_;
+    if (late_) resumed_ = sent_;
     frames_ = after_ = 0;
     echoed_ = false;
   }
@@ -48,23 +55,26 @@ class LineAge {
     if (behind >= sent_) return;  // never sent by this program
     behind_ = behind, after_ = 0, echoed_ = true;
   }
-  // True if the age was measured.
+  // True if the age was measured. An echo that waited for a late host, or that is of a command from before it was late,
+  // says no more than how long the line took at the most, unless even the least of it is too much.
   bool end(double t_s) noexcept {
     read_s_ = t_s;
     if (!echoed_) return false;
     const std::uint64_t newest = sent_ - 1 - behind_;
-    const double under_way_since = behind_ > 0 ? sent_s_[(sent_ - std::min(behind_, kKept)) % kKept] : t_s;
+    const double under_way_since = behind_ > 0 ? latest_s_[(sent_ - std::min(behind_, kKept)) % kKept] : t_s;
     // An adapter that collects frames delays them by half a collection in the mean, whichever the echo was in.
-    const double shift = late_ ? 0.0 : kPeriod * (0.5 * (frames_ - 1) - after_);
-    const double arrived = late_ ? t_s - gap_s_ + kPeriod : t_s;
-    age_s_ = kPeriod + std::max(0.0, std::max(0.0, arrived - under_way_since) + shift);
-    most_s_ = std::max(most_s_, age_s_);
+    const double shift = late_ ? 0.0 : kFrame * (0.5 * (frames_ - 1) - after_);
+    const double arrived = late_ ? t_s - gap_s_ + tick_s_ : t_s;
+    const double age = tick_s_ + std::max(0.0, std::max(0.0, arrived - under_way_since) + shift);
     // From above, so that a pause of the host makes no line look quicker than it is.
-    if (!late_ && behind_ < kKept && newest + 1 != moved_) {
-      need_s_ = std::min(need_s_, std::max(kPeriod, t_s - sent_s_[newest % kKept] + shift));
-    } else if (behind_ >= kKept) {
-      need_s_ = std::min(need_s_, age_s_);
-    }
+    const double most = behind_ < kKept ? std::max(tick_s_, t_s - earliest_s_[newest % kKept] + shift) : age;
+    need_s_ = std::min(need_s_, most);
+    const bool unknown = newest < resumed_ && age <= need_s_ + kWarned;
+    blind_ = unknown && t_s - measured_s_ > kBlind;
+    if (unknown) return false;
+    age_s_ = age;
+    measured_s_ = t_s;
+    most_s_ = std::max(most_s_, age_s_);
     if (age_s_ > need_s_ + kWarned) ++warned_;
     return true;
   }
@@ -77,24 +87,32 @@ class LineAge {
   bool warns() const noexcept { return need_s_ != kUnknown && age_s_ > need_s_ + kWarned; }
 
   // The line's own need is measured anew.
-  void forget() noexcept { need_s_ = kUnknown; }
+  void forget() noexcept {
+    need_s_ = kUnknown;
+    measured_s_ = read_s_;
+    blind_ = false;
+  }
 
-  double age_s() const noexcept { return age_s_; }    // of the last echo; 0 before the first
+  // Echoes come, and this host has looked too late for kBlind to know how old they are.
+  bool blind() const noexcept { return blind_; }
+
+  double age_s() const noexcept { return age_s_; }    // of the last echo that told it; 0 before the first
   double need_s() const noexcept { return need_s_; }  // the least; infinite while unknown
   double most_s() const noexcept { return most_s_; }
   std::uint64_t warned() const noexcept { return warned_; }  // echoes that were more than kWarned beyond the need
 
  private:
-  static constexpr double kPeriod = 0.001;      // s, from frame to frame
+  static constexpr double kFrame = 0.001;       // s, from frame to frame of the MCU
+  static constexpr double kBlind = 0.2;         // s, a dozen echoes
   static constexpr std::uint64_t kKept = 1024;  // commands; of an older one only that it is older
   static constexpr double kUnknown = std::numeric_limits<double>::infinity();
 
-  std::array<double, kKept> sent_s_{};
-  std::uint64_t sent_ = 0, behind_ = 0, moved_ = 0, warned_ = 0;
+  std::array<double, kKept> earliest_s_{}, latest_s_{};             // when a command may have left
+  std::uint64_t sent_ = 0, behind_ = 0, resumed_ = 0, warned_ = 0;  // resumed_: the first one since the host was late
   std::uint8_t high_ = 0, high_seq_ = 255;
   int frames_ = 0, after_ = 0;
-  bool late_ = false, echoed_ = false;
-  double read_s_ = 0.0, gap_s_ = 0.0;
+  bool late_ = false, echoed_ = false, blind_ = false;
+  double tick_s_, read_s_ = 0.0, gap_s_ = 0.0, measured_s_ = 0.0;
   double age_s_ = 0.0, need_s_ = kUnknown, most_s_ = 0.0;
 };
 

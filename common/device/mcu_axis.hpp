@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <stdexcept>
 
 #include "common/device/line_age.hpp"
 #include "common/device/mcu_si.hpp"
@@ -25,6 +26,13 @@ class McuAxis {
   explicit McuAxis(Args&&... port_args) : port(std::forward<Args>(port_args)...) {}
 
   Port port;
+
+  // Before the loop: s from read to read. Throws std::invalid_argument.
+  void ticks_every(double tick_s) {
+    if (tick_s < LineAge::kShortestTick || tick_s > LineAge::kLongestTick)
+      throw std::invalid_argument("tick_s: the serial line of an MCU needs a tick of 0.00087 to 0.005 s");
+    line_ = LineAge(tick_s);
+  }
 
   // The readings are valid while telemetry is fresh, the MCU is in no fault, and it does what it was told: an MCU that
   // let go by itself (its own watchdog) while the station believes to be engaged is a lost device. So is one that
@@ -49,7 +57,7 @@ class McuAxis {
     read_s_ = t_s;
     const bool obeys = asked_ == mcu::Mode::kSafe || state_ == state_of(asked_) || t_s - asked_since_s_ < kTakeOver;
     sensed_.line = line_.quality();
-    if (measured) tell_line();
+    tell_line();
     const bool lags = measured && sensed_.line == LineQuality::kLags;
     if (lags || !fresh || !awake) line_.forget();
     if (!fresh) sensed_.device.fault = DeviceFault::kNone;  // of old it may have been reset
@@ -128,6 +136,7 @@ class McuAxis {
     counters_.most_age_s = line_.most_s();
     counters_.warned = line_.warned();
     counters_.warns = line_.warns();
+    counters_.blind = line_.blind();
   }
 
   static mcu::Mode mode_of(const Io::Command& command) noexcept {

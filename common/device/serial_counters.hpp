@@ -11,6 +11,7 @@ struct SerialCounters {
   double age_s = 0, need_s = 0, most_age_s = 0;  // the last; the least, which the line needs; the most of all
   std::uint64_t warned = 0;                      // echoes that came 10 ms later than the line needs
   bool warns = false;                            // the last one did
+  bool blind = false;                            // this host looks too late to know
   std::uint64_t sagged = 0;  // times that the MCU, without a command for 20 ms, let go of its torque
 };
 

@@ -49,12 +49,14 @@ std::string format_live_status(const LiveStatus& s) {
                 name_of(s.state), s.x_m_rad, s.x_s_rad, s.f_m_nm, s.f_s_nm,
                 number_or_dash("%.1f", 1e3 * s.rtt_s).c_str(), number_or_dash("%.1f", 1e2 * s.loss_share).c_str());
   std::string line;
-  if (std::isfinite(s.line_s)) {
+  if (s.line_blind) {
+    line = "  line not known: this PC is late";
+  } else if (std::isfinite(s.line_s)) {
     char shown[40];
     std::snprintf(shown, sizeof shown, "  line %.1f ms%s", 1e3 * s.line_s, s.line_lags ? " LAGS" : "");
     line = shown;
   }
-  if (s.line_slow) line.append("  ").append(kLineSlowSentence);
+  if (s.line_slow) line.append("  ").append(slow_line_sentence(s.line_blind));
   return text + line + count_text("dropped", s.dropped) + count_text("not sent", s.unsent) + count_text("cut", s.cut) +
          limits_text("therapist", s.therapist_limits) + limits_text("patient", s.patient_limits);
 }

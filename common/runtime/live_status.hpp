@@ -23,6 +23,7 @@ struct LiveStatus {
   double line_s =
       std::numeric_limits<double>::quiet_NaN();            // of a command on the serial line and its echo; NaN without
   bool line_lags = false;                                  // that is 10 ms more than the line needs
+  bool line_blind = false;                                 // this PC looks too late to know
   bool line_slow = false;                                  // it was refused for what it needs
   std::uint32_t therapist_limits = 0, patient_limits = 0;  // LimitBit, those that are near too
   std::uint64_t dropped = 0, unsent = 0;                   // datagrams that were not taken, and that did not leave
@@ -32,6 +33,13 @@ struct LiveStatus {
 inline constexpr const char* kLineSlowSentence =
     "the serial line takes more than 8 ms for a command and its echo, or the MCU does not tell (firmware below 5): set "
     "the latency timer of the adapter to 1 ms (FTDI: /sys/bus/usb-serial/devices/ttyUSB*/latency_timer)";
+
+inline constexpr const char* kPcLateSentence =
+    "this PC looks too late at its serial line to tell how long that takes: its own ticks are late (runtime.priority "
+    "in "
+    "the scene, fewer programs, or a longer tick_s)";
+// The sentence for a line that Self-test did not find good.
+inline constexpr const char* slow_line_sentence(bool blind) { return blind ? kPcLateSentence : kLineSlowSentence; }
 
 std::string format_live_status(const LiveStatus& status);
 

@@ -40,6 +40,12 @@ inline bool both_ready(const Side& side, Nanoseconds now) noexcept {
   return ready(side.trace().state) && side.receiver().alive(now) && ready(side.receiver().newest().state);
 }
 
+// Why it is in its state. A line is not to blame for what a late PC could not measure.
+inline const char* why_of(const Side& side) noexcept {
+  const bool blind = side.trace().reason == Reason::kLineSlow && side.serial_counters().blind;
+  return blind ? "this PC looks too late at its serial line" : name_of(side.trace().reason);
+}
+
 // The scene must be complete. session: drawn anew at each start, never 0. Serial ports that cannot be opened throw
 // std::runtime_error.
 std::unique_ptr<Side> make_simulated_master(const scene::Scene& scene, std::uint32_t session);

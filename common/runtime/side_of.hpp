@@ -39,6 +39,7 @@ class SideOf final : public Side {
   explicit SideOf(const StationParams& params, Args&&... axis_args)
       : station_(make_station<typename A::Io>(params)), axis_(std::forward<Args>(axis_args)...) {
     if constexpr (TakesTorque<A>) axis_.power_stage(contract_of(params));
+    if constexpr (requires { axis_.ticks_every(0.001); }) axis_.ticks_every(params.scene.drive.dt_s);
   }
 
   Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act, int ticks) noexcept override {

@@ -82,7 +82,7 @@ void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noex
   if (suspending_ && !was_suspending_) note(time.deadline_ns, "operator", "suspends the program");
   if (act != OperatorAct::kNone && !stopping_ && !pressed_ && !suspending_)
     note(time.deadline_ns, "operator", name_of(act));
-  if (time.index == 0 || trace.state != noted_) note(time.deadline_ns, name_of(trace.state), name_of(trace.reason));
+  if (time.index == 0 || trace.state != noted_) note(time.deadline_ns, name_of(trace.state), why_of(side_));
   if (trace.state != noted_ && trace.reason == Reason::kAnotherAxis)
     ports_.recorder->note(time.deadline_ns, name_of(trace.misfit));
   noted_ = trace.state;
@@ -125,6 +125,7 @@ void StationLoop::show(double t_s) noexcept {
   const SerialCounters serial = side_.serial_counters();
   s.line_s = serial.age_s > 0 ? serial.age_s : unknown;
   s.line_lags = serial.warns;
+  s.line_blind = serial.blind;
   s.line_slow = trace.reason == Reason::kLineSlow;
   ports_.status->show(s);
 }
@@ -177,8 +178,9 @@ int exit_code(const RunStats& stats, const Side& side, const PeerLink& link) {
     return kExitFailed;
   }
   if (side.trace().state == StationState::kFault) {
-    std::fprintf(stderr, "ended in a fault: %s\n", name_of(side.trace().reason));
-    if (side.trace().reason == Reason::kLineSlow) std::fprintf(stderr, "%s\n", kLineSlowSentence);
+    const bool line = side.trace().reason == Reason::kLineSlow;
+    std::fprintf(stderr, "ended in a fault: %s\n",
+                 line ? slow_line_sentence(side.serial_counters().blind) : name_of(side.trace().reason));
     if (side.trace().reason == Reason::kAnotherAxis)
       std::fprintf(stderr, "identified: %s\n", name_of(side.trace().misfit));
     return kExitFailed;

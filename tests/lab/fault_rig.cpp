@@ -15,7 +15,6 @@
 namespace farhand {
 namespace {
 
-constexpr Nanoseconds kTick = kMillisecond;
 constexpr Nanoseconds kEpoch = 100'000 * kSecond;  // clocks have run for a while
 constexpr std::size_t kSocket = 256;               // what waits for a process that does not read; the rest is dropped
 
@@ -99,10 +98,11 @@ class FaultRig::Port {
 };
 
 FaultRig::FaultRig(const scene::Scene& scene)
-    : now(-kTick),
+    : now(-from_seconds(scene.tick_s())),
       forward{from_seconds(scene.network().forward().delay_s()), false, {}, {}},
       backward{from_seconds(scene.network().backward().delay_s()), false, {}, {}},
       scene_(scene),
+      tick_(from_seconds(scene.tick_s())),
       link_(std::make_unique<Link>()) {
   if (scene.slave().device() == scene::SERIES_ELASTIC) {
     orthosis_ = std::make_unique<OrthosisOnSerial>(emulator_params(scene), 1.5e-3);
@@ -176,7 +176,7 @@ void FaultRig::carry_from_mcu() {
 OrthosisEmulator* FaultRig::orthosis() noexcept { return orthosis_ != nullptr ? &orthosis_->emulator() : nullptr; }
 
 void FaultRig::tick() {
-  now += kTick;
+  now += tick_;
   for (Process* process : {&master, &slave}) {
     if (process->runs) deliver(*process);
   }
@@ -210,7 +210,7 @@ void FaultRig::run(Process& process, Way& out, OperatorAct& act_now) {
     std::erase_if(process.in->pending, [&](const Letter& letter) { return letter.due <= now && ++waiting > kSocket; });
     return;
   }
-  const int ticks = std::max(1, static_cast<int>((now - process.ticked) / kTick));
+  const int ticks = std::max(1, static_cast<int>((now - process.ticked) / tick_));
   process.ticked = now;
   Packet<1> packet =
       process.side->tick(kEpoch + now + process.clock, to_seconds(now - process.started), act_now, ticks);

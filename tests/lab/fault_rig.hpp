@@ -90,6 +90,7 @@ class FaultRig {
   std::unique_ptr<Side> make_slave();
 
   scene::Scene scene_;
+  Nanoseconds tick_;
   struct Byte {
     Nanoseconds due;
     std::uint8_t value;

@@ -179,7 +179,7 @@ class Keeper final : public Witness {
     if (act != OperatorAct::kNone) session.events.push_back({t_s, who, std::string("operator: ") + name_of(act)});
     if (rows.empty() || rows.back().state != row.state) {
       session.events.push_back(
-          {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + name_of(side.trace().reason)});
+          {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + why_of(side)});
       if (side.trace().reason == Reason::kAnotherAxis)
         session.events.push_back({t_s, who, name_of(side.trace().misfit)});
     }
