@@ -3,13 +3,38 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <cstdio>
 #include <mutex>
+#include <string>
 #include <thread>
+#include <utility>
 
 namespace farhand {
+
+// What there is to say at each look. A stall is known when it is over, and may be longer than the time since the last
+// look.
+class LeftOut {
+ public:
+  // all_ms: left out so far; now_s: since the start. Nothing, or a sentence.
+  std::string look(std::uint64_t all_ms, double now_s) {
+    const std::uint64_t ms = all_ms - std::exchange(all_ms_, all_ms);
+    const double since_s = now_s - std::exchange(looked_s_, now_s);
+    if (static_cast<double>(ms) < kTooMuch * 1e3 * since_s) return {};
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "this host is too slow: stalls that ended in the last %.1f s left %llu ms out of the orthosis' time",
+                  since_s, static_cast<unsigned long long>(ms));
+    return text;
+  }
+
+ private:
+  static constexpr double kTooMuch = 0.02;
+  std::uint64_t all_ms_ = 0;
+  double looked_s_ = 0.0;
+};
 
 class SlowHost {
  public:
@@ -34,18 +59,16 @@ class SlowHost {
   std::uint64_t ms() const noexcept { return ms_.load(std::memory_order_relaxed); }
 
  private:
-  static constexpr std::uint64_t kEveryMs = 2000, kTooMuchMs = 40;  // 2 %
+  static constexpr int kEveryMs = 2000;
 
   void tell() {
-    std::uint64_t before = 0;
+    const auto begun = std::chrono::steady_clock::now();
+    LeftOut left_out;
     std::unique_lock lock(mutex_);
     while (!ended_.wait_for(lock, std::chrono::milliseconds(kEveryMs), [this] { return over_; })) {
-      const std::uint64_t left_out = ms() - before;
-      before += left_out;
-      if (left_out < kTooMuchMs) continue;
-      std::fprintf(stderr,
-                   "farhand-mcu: this host is too slow: %llu ms of the last %llu were left out of the orthosis' time\n",
-                   static_cast<unsigned long long>(left_out), static_cast<unsigned long long>(kEveryMs));
+      const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begun;
+      const std::string sentence = left_out.look(ms(), now.count());
+      if (!sentence.empty()) std::fprintf(stderr, "farhand-mcu: %s\n", sentence.c_str());
     }
   }
 
