@@ -78,6 +78,10 @@ TEST(BadInput, EveryProgramRefusesAWrongScene) {
     expect_refused({program, with({"--scene", "demoo"}), "did you mean 'demo'?"});
     expect_refused({program, with({"--scene", typo}), typo + ":2:15: there is no field 'sped'"});
     expect_refused({program, with({"--scene", directory}), "is a directory"});
+    for (const std::string stalls : {"master.host", "slave.host"}) {
+      expect_refused({program, with({"--scene", "demo", "--set", stalls + "={stall_s: 0.008}"}),
+                      stalls + " has no effect: it needs virtual time"});
+    }
     expect_refused({program, with({"--scene", directory + "none.txtpb"}), "No such file or directory"});
     expect_refused({program, with({"--scene", "demo", "--set", "network.forward.loss=2"}),
                     "network.forward.loss = 2 is not allowed; give a value from 0 to 1"});

@@ -6,6 +6,7 @@
 #include <boost/nowide/utf/utf.hpp>
 #include <cmath>
 
+#include "common/config/effect.hpp"
 #include "common/config/schema.hpp"
 #include "common/device/line_age.hpp"
 
@@ -284,6 +285,7 @@ std::vector<Complaint> complete_and_check(scene::Scene& scene) {
   Checker checker;
   checker.complete(scene, "");
   check_together(checker, scene);
+  for (const Complaint& complaint : refused_settings(scene)) checker.complain(complaint.path, complaint.sentence);
   return checker.take();
 }
 

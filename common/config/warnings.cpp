@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "common/analysis/bisect.hpp"
+#include "common/config/effect.hpp"
 #include "common/config/hammering.hpp"
 #include "common/config/scene_loops.hpp"
 #include "common/config/schema.hpp"
@@ -73,6 +74,7 @@ class Warner {
     reach();
     network();
     never();
+    idle();
     return std::move(said_);
   }
 
@@ -362,6 +364,11 @@ class Warner {
     if (path.loss() > most)
       say(is(name + "loss", path.loss()) + " is above " + rounded(most) + ", from which a silence of " +
           is("receive.timeout_s", s_.receive().timeout_s()) + " s is to be expected within the run: the station holds");
+  }
+
+  // Kept for another device or architecture, or of something that is absent.
+  void idle() {
+    for (const Complaint& setting : idle_settings(s_)) say(setting.sentence);
   }
 
   void never() {

@@ -6,12 +6,15 @@
 #include <random>
 #include <stdexcept>
 
+#include "common/config/effect.hpp"
+
 namespace farhand {
 
 LoadedScene SceneChoice::load() const {
   LoadedScene loaded = load_scene(scene, sets, seed);
   for (const std::string& warning : loaded.warnings)
     std::fprintf(stderr, "%s: warning: %s\n", loaded.path.c_str(), warning.c_str());
+  if (real_time) refuse_virtual_time(loaded.scene);
   return loaded;
 }
 
@@ -25,6 +28,7 @@ void add_set_options(Command command, SceneChoice& choice) {
 }  // namespace
 
 void add_scene_option(Command command, SceneChoice& choice) {
+  choice.real_time = true;
   command.input("--scene", choice.scene, "name of a shipped scene, or path of a scene file", Needed::kYes);
   add_set_options(command, choice);
 }

@@ -18,12 +18,14 @@ struct SceneChoice {
   std::string scene;
   std::vector<std::string> sets;
   std::optional<std::uint64_t> seed;
+  bool real_time = false;
 
-  // Says the scene's warnings on stderr.
+  // Says the scene's warnings on stderr. In real time what only virtual time can follow is refused:
+  // std::invalid_argument.
   LoadedScene load() const;
 };
 
-void add_scene_option(Command command, SceneChoice& choice);    // --scene, --set, --seed
+void add_scene_option(Command command, SceneChoice& choice);    // --scene, --set, --seed; in real time
 void add_scene_argument(Command command, SceneChoice& choice);  // SCENE, --set, --seed
 
 // What stands at the head of a recording that begins now.

@@ -1,4 +1,5 @@
 // Which station on which device.
+#include "common/config/effect.hpp"
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
 #include "common/device/mcu_axis.hpp"
@@ -15,6 +16,7 @@ std::unique_ptr<Side> make_simulated_master(const scene::Scene& scene, std::uint
 
 std::unique_ptr<Side> make_serial_master(const scene::Scene& scene, std::uint32_t session,
                                          const std::string& serial_port) {
+  refuse_direct_drive_of_master(scene);
   return std::make_unique<SideOf<McuAxis<SerialMcuPort>>>(master_station_params(scene, session), serial_port);
 }
 

@@ -227,10 +227,6 @@ void print_cuts(const char* role, const StationCounters& c) {
 int run_station(const StationSession& session) {
   const char* role = session.role == Role::kLeader ? "master" : "slave";
   const scene::Scene& scene = session.scene.scene;
-  if (session.role == Role::kLeader ? scene.master().has_host() : scene.slave().has_host())
-    throw std::invalid_argument(std::string(role) +
-                                ".host: stalls of a host are made in virtual time only, and farhand-" + role +
-                                " runs on a real one; leave the field out, or use farhand-lab run");
   const std::unique_ptr<Recorder> recorder = start_recorder(session.record, session.scene, role);
   OperatorTimeline timeline(scene, session.role);
   RunStats stats;
