@@ -76,14 +76,86 @@ TEST(PeerTicks, AreMissedWhereMoreTimeThanPacketsWent) {
 TEST(AfterGap, LearningWaits) {
   AfterGap gap(kDt);
   gap.step(false, 10);
-  int settled = 0, calm = 0;
+  int rested = 0, settled = 0, calm = 0;
   for (int k = 1; k < 1000; ++k) {
     gap.step(false, 1);
+    if (rested == 0 && gap.rested()) rested = k;
     if (settled == 0 && gap.settled()) settled = k;
     if (calm == 0 && gap.calm()) calm = k;
   }
+  EXPECT_NEAR(rested, 20, 1);
   EXPECT_NEAR(settled, 100, 1);
   EXPECT_NEAR(calm, 500, 1);
+}
+
+TEST(AfterGap, NothingComesBackWhileNothingComes) {
+  AfterGap gap(kDt);
+  gap.step(false, 30);
+  for (int k = 0; k < 4; ++k) gap.step(true, 1);
+  const double share = gap.share();
+  EXPECT_LT(share, 0.6);
+  for (int k = 0; k < 80; ++k) gap.step(true, 1);
+  EXPECT_EQ(gap.share(), share) << "what is held would press harder and harder";
+  EXPECT_FALSE(gap.rested());
+  EXPECT_NEAR(gap.silent_s(), 0.084, 1e-9);
+}
+
+// Of a drive that acts for three ticks of four.
+TEST(AfterGap, KnowsHowMuchOfTheTimeADriveActed) {
+  AfterGap own(kDt), peers(kDt);
+  for (int k = 0; k < 20; ++k) {
+    for (int tick = 0; tick < 18; ++tick) {
+      EXPECT_EQ(k == 0, own.acting() == 1.0);
+      own.step(false, 1);
+      peers.step(false, 1);
+    }
+    own.step(false, 6, 0.0, true, 0.0);
+    for (int tick = 0; tick < 8; ++tick) peers.step(true, 1);
+    peers.step(false, 1, 8e-3);
+  }
+  EXPECT_NEAR(own.acting(), 0.75, 0.08);
+  EXPECT_EQ(own.peers_acting(), 1.0);
+  EXPECT_NEAR(peers.peers_acting(), 0.75, 0.08);
+  EXPECT_EQ(peers.acting(), 1.0);
+}
+
+// The estimates of a coarse encoder: right on an average, and wrong by 0.3 N m in a tick.
+TEST(LastWord, WhatIsRepeatedIsNoErrorOfOneTick) {
+  Motion<1> told;
+  LastWord<1> word(kDt, false), wave(kDt, true);
+  const auto tick = [&](int k) {
+    const double error = k % 2 == 0 ? 1.0 : -1.0;
+    told = {J1(1e-3 * k), J1(0.1 + 0.5 * error), J1(-0.2 - 0.3 * error)};
+    EXPECT_TRUE((word.step(told, 0.0).v == told.v).all());
+    wave.step(told, 0.0);
+  };
+  for (int k = 0; k < 200; ++k) tick(k);
+  Motion<1> repeated;
+  for (int k = 1; k <= 80; ++k) {
+    repeated = word.step(told, k * kDt);
+    EXPECT_EQ(repeated.f[0] == told.f[0], k <= 2) << k;
+  }
+  EXPECT_EQ(repeated.x[0], told.x[0]);
+  EXPECT_NEAR(repeated.v[0], 0.1, 0.29) << "of its last ticks an error counts for a few";
+  EXPECT_NEAR(repeated.f[0], -0.2, 0.1);
+  EXPECT_EQ(wave.step(told, 0.05).f[0], told.f[0]) << "a sum has no such errors";
+  for (int k = 0; k < 200; ++k) word.step(told, 0.0);
+  EXPECT_EQ(word.step(told, 0.05).f[0], told.f[0]) << "what was so for long is repeated to the bit";
+}
+
+TEST(HeldTo, AnOldWordNeverPressesHarder) {
+  const TwoChannelParams p;
+  HeldTo<1> held;
+  Motion<1> master, slave;
+  master.x = J1(0.02);
+  const double before = held.step(p, master, slave, 0.0)[0];
+  EXPECT_EQ(before, held_to(p, master, slave)[0]);
+  for (int k = 1; k <= 90; ++k) {
+    master.x += J1(1e-3);
+    held.step(p, master, slave, k * kDt);
+  }
+  EXPECT_NEAR(held.value()[0], before, 6e-3 * p.K_2) << "what it was when the word became old";
+  EXPECT_EQ(held.step(p, master, slave, 0.0)[0], held_to(p, master, slave)[0]);
 }
 
 StationParams params() {
@@ -175,9 +247,28 @@ TEST(AfterGap, AMediatorLearnsNothingAcrossIt) {
     Motion<1> slave;
     slave.x = J1(0.1 * std::sin(0.01 * k));
     slave.f = J1(std::copysign(0.2, std::cos(0.01 * k)) + 5 * slave.x[0]);
-    EXPECT_EQ(mediator.step(slave, slave, false, false).f[0], 0.0);
+    EXPECT_EQ(mediator.step(slave, slave, Learns::kNothing, false).f[0], 0.0);
   }
   EXPECT_EQ(mediator.friction_named(), 0.0);
+}
+
+// A moment after a gap no spring is learnt, but where it begins: so that what the slave feels now is felt.
+TEST(AfterGap, AMediatorGoesOnToLearnWhereAContactBegins) {
+  const FourChannelGains K{.K_p = 400, .K_d = 40, .K_f = 250};
+  Motion<1> slave;
+  slave.x = J1(0.1);
+  slave.f = J1(0.3);
+  const auto felt = [&](Learns learns) {
+    Mediator<1> mediator(K, kDt);
+    mediator.reset(slave);
+    Motion<1> master = slave;
+    master.f = J1(-0.3);
+    double f = 0;
+    for (int k = 0; k < 3000; ++k) f = mediator.step(master, slave, learns, false).f[0];
+    return f;
+  };
+  EXPECT_EQ(felt(Learns::kNothing), 0.0);
+  EXPECT_NEAR(felt(Learns::kWhere), 0.3, 0.01);
 }
 
 TEST(AfterGap, AnAccountOfEnergyCountsTheTorqueThatActed) {

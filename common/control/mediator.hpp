@@ -17,6 +17,10 @@
 // a spring of K_p/K_f that x_0 brings to the therapist late. What comes late takes damping away, most of it from the
 // inertia 1/K_f on that spring (14 to 20 rad/s): x_0 is slow against that, and the damping is above it.
 //
+// After a gap in time what is shown leaps, and k would be learnt of the leaps: x_0 alone follows, slowly. Were it to
+// wait too, a host that stops for some ms again and again would never learn what is touched, and the therapist would
+// feel nothing of it.
+//
 // Who moves of himself, trembles or catches is no spring: where torque goes with no regard to the angle, or against it,
 // k stays as it was and x_0 alone follows. When k changes, the torque here and now does not. Friction of the slave's
 // tendons is named (common/observer/tendon_friction.hpp) and in free motion taken from what is learnt; the slave is
@@ -36,6 +40,9 @@
 
 namespace farhand {
 
+// What may be learnt of what the peer shows.
+enum class Learns { kNothing, kWhere, kAll };  // nothing newer of it is shown; a gap was a moment ago; else
+
 // What resists rising angles. Falling ones are the same, mirrored.
 class ContactModel {
  public:
@@ -47,17 +54,16 @@ class ContactModel {
         step_(kSpeed * dt_s),
         critical_(2 * kDamping / std::sqrt(K_f)) {}
 
-  // x, f: the slave's angle and reaction as played out; x_p: where its model is now. Not settled: after a gap, whose
-  // leaps would be taken for springs; what was learnt stays.
-  void learn(double x, double f, double x_p, bool settled = true) noexcept {
+  // x, f: the slave's angle and reaction as played out; x_p: where its model is now.
+  void learn(double x, double f, double x_p, Learns learns = Learns::kAll) noexcept {
     if (!std::exchange(begun_, true)) x_ = x, f_ = f;
     x_ += learn_ * (x - x_);
     f_ += learn_ * (f - f_);
-    if (!settled) return;
+    if (learns == Learns::kNothing) return;
     const bool before = pressed_;
     pressed_ = f_ > (pressed_ ? kRelease : kTouch);
     if (pressed_ && !before) begin(x_p);
-    if (pressed_) identify();
+    if (pressed_ && learns == Learns::kAll) identify();
     if (!known_) return;
     const double k_before = std::exchange(k_, std::clamp(aim_, k_ / growth_, k_ * growth_));
     if (x_p > x_0_) x_0_ = x_p - (x_p - x_0_) * k_before / k_;  // the torque here and now stays
@@ -146,15 +152,15 @@ class Mediator {
   }
 
   // local: the master now; received: the slave as played out. Returns the model of the slave at this instant.
-  // settled, calm: the last gap in time is long enough ago to learn contacts, and friction.
-  const Motion<N>& step(const Motion<N>& local, const Motion<N>& received, bool settled = true,
+  // calm: the last gap in time is long enough ago to learn friction.
+  const Motion<N>& step(const Motion<N>& local, const Motion<N>& received, Learns learns = Learns::kAll,
                         bool calm = true) noexcept {
     for (int j = 0; j < N; ++j) {
       ContactModel &up = rising_[static_cast<std::size_t>(j)], &down = falling_[static_cast<std::size_t>(j)];
       const double f = received.f[j] - unloaded(j) * friction(devices_[static_cast<std::size_t>(j)], received.x[j],
                                                               received.f[j], local.x[j], calm);
-      up.learn(received.x[j], f, slave_.x[j], settled);
-      down.learn(-received.x[j], -f, -slave_.x[j], settled);
+      up.learn(received.x[j], f, slave_.x[j], learns);
+      down.learn(-received.x[j], -f, -slave_.x[j], learns);
       const double v_fast = slave_.v[j] - v_slow_.value()[j];
       slave_.f[j] = up.force(slave_.x[j], v_fast) - down.force(-slave_.x[j], -v_fast);
     }

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 namespace farhand {
 
@@ -21,36 +22,50 @@ class AfterGap {
 
   // Once per tick. silent: nothing newer of the peer can be shown than in the tick before; gap: periods since then;
   // told_s: by which the peer missed its own ticks, as its packets since then say; engaged: else nothing of the peer is
-  // followed that could leap, and the share only comes back.
-  void step(bool silent, int gap, double told_s = 0.0, bool engaged = true) noexcept {
+  // followed that could leap, and the share only comes back; acted: of the torque commanded last, what the drive
+  // gave since then, on an average.
+  void step(bool silent, int gap, double told_s = 0.0, bool engaged = true, double acted = 1.0) noexcept {
     const double time = dt_s_ * gap, missed = time - dt_s_;
     waited_s_ += time;
     told_s_ += told_s;
     const double waited = silent ? 0.0 : std::min(waited_s_ - dt_s_, told_s_);
     quiet_s_ = missed > kOwn || waited > kPeers ? 0.0 : std::min(quiet_s_ + dt_s_, kCalm + 1.0);
     waits_ = silent && waited_s_ - dt_s_ > kPeers;
-    share_ = std::min(1.0, share_ + time / kReturn);
+    if (!waits_) share_ = std::min(1.0, share_ + time / kReturn);
+    acting_ = acts(acting_, time * (1.0 - acted));
     if (engaged) share_ = std::min(share_, left(missed - kOwn));
     if (silent) return;
     if (engaged) share_ = std::min(share_, left(waited - kPeers));
+    peers_acting_ = acts(peers_acting_, std::max(0.0, waited - kPeers));
     waited_s_ = told_s_ = 0.0;
   }
 
   double share() const noexcept { return share_; }
-  // Long enough ago for what the peer tells to be learnt from, and for its friction, which noise looks like.
-  // Nor while nothing comes, for whatever reason.
+  // Of the last tenth of a second, how much the drive acted; and the peer's, as far as its missed ticks tell.
+  double acting() const noexcept { return acting_; }
+  double peers_acting() const noexcept { return peers_acting_; }
+  // s, since something newer of the peer was shown.
+  double silent_s() const noexcept { return waited_s_; }
+  // Long enough ago for where the peer is to be learnt, what it touches, and its friction, which noise looks like.
+  // Nothing is learnt while nothing comes, for whatever reason.
+  bool rested() const noexcept { return !waits_ && quiet_s_ > kRested; }
   bool settled() const noexcept { return !waits_ && quiet_s_ > kSettled; }
   bool calm() const noexcept { return !waits_ && quiet_s_ > kCalm; }
 
  private:
   static double left(double lost_s) noexcept { return std::clamp(1.0 - lost_s / kFade, 0.0, 1.0); }
 
+  double acts(double before, double lost_s) const noexcept {
+    return (before + (1.0 - before) * (dt_s_ / kMemory)) * std::exp(-lost_s / kMemory);
+  }
+
   static constexpr double kOwn = 1.5e-3, kPeers = 2.5e-3;  // s, that cost nothing
   static constexpr double kFade = 0.05;                    // s, of a gap beyond that, of which nothing is left
   static constexpr double kReturn = 1.0;                   // s, from nothing to all of it
-  static constexpr double kSettled = 0.1, kCalm = 0.5;     // s
+  static constexpr double kMemory = 0.06;                  // s, of how much a drive acted
+  static constexpr double kRested = 0.02, kSettled = 0.1, kCalm = 0.5;  // s
   double dt_s_;
-  double share_ = 1.0, waited_s_ = 0.0, told_s_ = 0.0, quiet_s_ = kCalm + 1.0;
+  double share_ = 1.0, acting_ = 1.0, peers_acting_ = 1.0, waited_s_ = 0.0, told_s_ = 0.0, quiet_s_ = kCalm + 1.0;
   bool waits_ = false;
 };
 

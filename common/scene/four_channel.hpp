@@ -133,7 +133,8 @@ void FourChannelMediated<D>::start(const Motion<N>&, const Motion<N>& received) 
 template <class D>
 auto FourChannelMediated<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept
     -> Motion<N> {
-  const Motion<N>& slave = mediator.step(local, received, since.settled, since.calm);
+  const Learns learns = since.settled ? Learns::kAll : since.rested ? Learns::kWhere : Learns::kNothing;
+  const Motion<N>& slave = mediator.step(local, received, learns, since.calm);
   ahead = slave.x - received.x;
   needs = mediator.device_needs();
   return slave;

@@ -90,12 +90,13 @@ struct PassiveMaster : TwoChannelPassivity<D> {
   using Base = TwoChannelPassivity<D>;
   using Base::Base;
   static constexpr int N = D::kJoints;
-  Joints<N> F = Joints<N>::Zero();
-  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept {
-    F = held_to(this->params, local, received);
-    return this->passive(-F, local);
+  HeldTo<N> F;
+  double acting = 1.0;  // of it, what is given on an average
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept {
+    acting = since.acting;
+    return this->passive(-since.peers_acting * F.step(this->params, local, received, since.silent_s), local);
   }
-  Motion<N> outgoing(const Motion<N>& local) const noexcept { return {local.x, local.v, -F}; }
+  Motion<N> outgoing(const Motion<N>& local) const noexcept { return {local.x, local.v, -acting * F.value()}; }
 };
 
 template <class D>
@@ -103,8 +104,8 @@ struct PassiveSlave : TwoChannelPassivity<D> {
   using Base = TwoChannelPassivity<D>;
   using Base::Base;
   static constexpr int N = D::kJoints;
-  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept {
-    Motion<N> to = this->passive(-received.f, local);
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept {
+    Motion<N> to = this->passive(-since.acting * received.f, local);
     to.f += this->params.B_slave * local.v;
     return to;
   }

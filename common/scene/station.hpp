@@ -17,6 +17,7 @@
 #include "common/scene/engagement.hpp"
 #include "common/scene/four_channel.hpp"
 #include "common/scene/identifying.hpp"
+#include "common/scene/last_word.hpp"
 #include "common/scene/missed_ticks.hpp"
 #include "common/scene/passive_scenes.hpp"
 #include "common/scene/patient_guard.hpp"
@@ -52,6 +53,7 @@ class Station {
         after_gap_(p.scene.drive.dt_s),
         own_ticks_(p.scene.drive.dt_s),
         peer_ticks_(p.scene.drive.dt_s),
+        last_word_(p.scene.drive.dt_s, p.intake.wave > 0.0),
         blend_(p.blend_s, p.align_speed),
         scaled_(p.scale.any()) {
     if (p.role == Role::kFollower) {
@@ -309,6 +311,7 @@ class Station {
   AfterGap after_gap_;
   OwnTicks own_ticks_;
   PeerTicks peer_ticks_;
+  LastWord<N> last_word_;
   Nanoseconds shown_ = 0;  // content time, on the peer's clock
   Blend<N> blend_;
   std::optional<PatientGuard<N>> guard_;  // the follower's only
@@ -351,11 +354,14 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
     trace_.remote = intake_.step(in_own_size(played.motion), played.held, driven(), ticks);
   } else {
     intake_.reset();
+    last_word_.reset();
     trace_.remote = own_motion();
   }
   after_gap_.step(played.any && played.held && played.content_time == shown_, gap,
-                  peer_ticks_.missed_s(receiver_.newest()), trace_.state == StationState::kEngaged);
+                  peer_ticks_.missed_s(receiver_.newest()), trace_.state == StationState::kEngaged,
+                  scene_.drive.acted_share());
   shown_ = played.content_time;
+  if (played.any) trace_.remote = last_word_.step(trace_.remote, after_gap_.silent_s());
   trace_.cuts = intake_.cuts();
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
@@ -364,7 +370,14 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   if constexpr (kChooses) measure_network(ticks);
   guard(sensed, continues, act, ticks);
   decide(now, sensed, act, played.any);
-  const Motion<N> source = choose({ticks, played.held, after_gap_.settled(), after_gap_.calm()});
+  const Motion<N> source = choose({.ticks = ticks,
+                                   .held = played.held,
+                                   .rested = after_gap_.rested(),
+                                   .settled = after_gap_.settled(),
+                                   .calm = after_gap_.calm(),
+                                   .silent_s = after_gap_.silent_s(),
+                                   .acting = after_gap_.acting(),
+                                   .peers_acting = after_gap_.peers_acting()});
   const Asks asks = asks_of(trace_.state);
   if (asks == Asks::kNothing) {
     trace_.target = source;

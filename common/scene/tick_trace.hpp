@@ -20,8 +20,11 @@ struct Compensation {
 struct Elapsed {
   int ticks = 1;      // periods; more than one means that some were missed
   bool held = false;  // nothing newer of the peer has arrived: what was shown last is repeated
-  // Since the last gap there was time for what the peer tells to be learnt from, and for its friction.
-  bool settled = true, calm = true;
+  // Since the last gap there was time for what the peer shows to be where it is, to be learnt from, and for its
+  // friction.
+  bool rested = true, settled = true, calm = true;
+  double silent_s = 0.0;                    // since something newer was shown
+  double acting = 1.0, peers_acting = 1.0;  // how much of the time the drives acted of late, here and there
 };
 
 template <int N>

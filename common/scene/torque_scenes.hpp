@@ -32,11 +32,12 @@ struct TwoChannelMaster {
 
   Drive drive;
   TwoChannelParams params;
-  Joints<N> F = Joints<N>::Zero();
+  HeldTo<N> F;
+  double acting = 1.0;  // of it, what is given on an average
 
-  void start(const Motion<N>& /*local*/, const Motion<N>& /*received*/) noexcept { F.setZero(); }
-  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed /*since*/) noexcept;
-  Motion<N> outgoing(const Motion<N>& local) const noexcept { return {local.x, local.v, -F}; }
+  void start(const Motion<N>& /*local*/, const Motion<N>& /*received*/) noexcept { F.reset(); }
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept;
+  Motion<N> outgoing(const Motion<N>& local) const noexcept { return {local.x, local.v, -acting * F.value()}; }
   Compensation compensation() const noexcept { return {}; }
 };
 
@@ -50,7 +51,7 @@ struct TwoChannelSlave {
   TwoChannelParams params;
 
   void start(const Motion<N>& /*local*/, const Motion<N>& /*received*/) noexcept {}
-  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed /*since*/) noexcept;
+  Motion<N> target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept;
   Compensation compensation() const noexcept { return {}; }
 };
 
@@ -93,14 +94,16 @@ struct WaveSlave {
 };
 
 template <class D>
-auto TwoChannelMaster<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
-  F = held_to(params, local, received);
-  return asks_for(drive, -F, local);
+auto TwoChannelMaster<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept
+    -> Motion<N> {
+  acting = since.acting;
+  return asks_for<D>(drive, -since.peers_acting * F.step(params, local, received, since.silent_s), local);
 }
 
 template <class D>
-auto TwoChannelSlave<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed) noexcept -> Motion<N> {
-  return asks_for(drive, -received.f - params.B_slave * local.v, local);
+auto TwoChannelSlave<D>::target(const Motion<N>& local, const Motion<N>& received, Elapsed since) noexcept
+    -> Motion<N> {
+  return asks_for<D>(drive, -since.acting * received.f - params.B_slave * local.v, local);
 }
 
 template <class D>

@@ -19,11 +19,13 @@ struct StallCell {
   int stall_ms = 8;
   bool random = false;
   int every_ms = 60;
+  std::string grip = "NORMAL";  // of the therapist
 
   std::string name() const {
-    return architecture + (elastic ? " behind its MCU, " : " direct, ") + std::to_string(counts) + " counts, " +
-           (hand.empty() ? "nothing" : "hand " + hand) + ", " + stalls + " stopped " + std::to_string(stall_ms) +
-           (random ? " ms at most at random, " : " ms, ") + std::to_string(every_ms) + " ms apart";
+    return architecture + (elastic ? " behind its MCU, " : " direct, ") + std::to_string(counts) + " counts, " + grip +
+           " grip, " + (hand.empty() ? "nothing" : "hand " + hand) + ", " + stalls + " stopped " +
+           std::to_string(stall_ms) + (random ? " ms at most at random, " : " ms, ") + std::to_string(every_ms) +
+           " ms apart";
   }
 
   // Two channels, and four without compensation, are for networks next door.
@@ -37,8 +39,8 @@ struct StallCell {
     const std::string host = " host { stall_s: " + std::to_string(1e-3 * stall_ms) +
                              " every_s: " + std::to_string(1e-3 * every_ms) +
                              " random: " + (random ? "true" : "false") + " from_s: " + std::to_string(kFrom_s) + " }\n";
-    text += "master { motor { encoder_counts_per_rev: " + encoder +
-            " } therapist { grip: NORMAL\n"
+    text += "master { motor { encoder_counts_per_rev: " + encoder + " } therapist { grip: " + grip +
+            "\n"
             "intended { duration_s: 1.5 } intended { duration_s: 2 sine_amplitude_rad: 0.25 sine_frequency_hz: 0.5 }\n"
             "intended { duration_s: 1 ramp_to_rad: 0.25 } intended { duration_s: 2 } }\n" +
             (stalled && stalls == "master" ? host : "") + "}\n";
