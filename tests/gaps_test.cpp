@@ -79,20 +79,35 @@ constexpr Named kOnDirectDrives[] = {
     {"TWO_CHANNEL_PO_PC", "FIRM", "5", 0.31},
     {"TWO_CHANNEL_PO_PC", "NORMAL", "20", 0.45},
     {"TWO_CHANNEL_PO_PC", "FIRM", "20", 0.24},
-    {"TWO_CHANNEL_PO_PC", "LIGHT", "5", 0.13},
+    {"TWO_CHANNEL_PO_PC", "LIGHT", "5", 0.14},
     {"TWO_CHANNEL_PO_PC", "LIGHT", "20", 0.17},
 };
 constexpr Named kBeforeAnMcu[] = {
     {"WAVE", "LIGHT", "20", 0.12},
     {"FOUR_CHANNEL_TANK", "LIGHT", "20", 0.17},
-    {"TWO_CHANNEL_PO_PC", "FIRM", "5", 0.20},
-    {"TWO_CHANNEL_PO_PC", "LIGHT", "20", 0.21},
+    {"TWO_CHANNEL_PO_PC", "FIRM", "5", 0.23},
+    {"TWO_CHANNEL_PO_PC", "LIGHT", "20", 0.23},
     {"FOUR_CHANNEL_CDOB_SDCV", "NORMAL", "20", 0.11},
-    {"TWO_CHANNEL", "LIGHT", "20", 0.13},
-    {"TWO_CHANNEL", "NORMAL", "20", 0.11},
-    {"TWO_CHANNEL_PO_PC", "FIRM", "2", 0.12},
-    {"TWO_CHANNEL_PO_PC", "NORMAL", "20", 0.29},
-    {"TWO_CHANNEL_PO_PC", "FIRM", "20", 0.18},
+    {"TWO_CHANNEL", "LIGHT", "20", 0.19},
+    {"TWO_CHANNEL", "NORMAL", "20", 0.12},
+    {"TWO_CHANNEL_PO_PC", "FIRM", "2", 0.24},
+    {"TWO_CHANNEL_PO_PC", "NORMAL", "20", 0.33},
+    {"TWO_CHANNEL_PO_PC", "FIRM", "20", 0.27},
+    {"FOUR_CHANNEL", "LIGHT", "5", 0.14},
+    {"FOUR_CHANNEL", "LIGHT", "20", 0.23},
+    {"FOUR_CHANNEL_CDOB", "LIGHT", "20", 0.17},
+    {"FOUR_CHANNEL_CDOB", "LIGHT", "0.5", 0.19},
+    {"FOUR_CHANNEL_CDOB_SDCV", "LIGHT", "0.5", 0.19},
+    {"MODEL_MEDIATED", "LIGHT", "0.5", 0.21},
+    {"AUTOMATIC", "LIGHT", "5", 0.11},
+    {"AUTOMATIC", "LIGHT", "0.5", 0.21},
+    {"FOUR_CHANNEL_CDOB", "LIGHT", "5", 0.14},
+    {"FOUR_CHANNEL_CDOB", "NORMAL", "20", 0.24},
+    {"FOUR_CHANNEL_CDOB_SDCV", "LIGHT", "5", 0.40},
+    {"FOUR_CHANNEL_CDOB_SDCV", "LIGHT", "20", 0.21},
+    {"TWO_CHANNEL_PO_PC", "FIRM", "", 0.13},
+    {"TWO_CHANNEL_PO_PC", "LIGHT", "5", 0.15},
+    {"TWO_CHANNEL_PO_PC", "NORMAL", "5", 0.12},
 };
 
 double more_of(const StallCell& cell) {
@@ -107,7 +122,7 @@ double more_of(const StallCell& cell) {
 
 // Who is pressed with that much is let go of by his drive while its program stops, and his own spring moves him: to
 // his limits of speed, power and shaking, and the therapist to the end of his range. A light grip is not held there.
-constexpr double kSpringsBack = 0.4;  // N m
+constexpr double kSpringsBack = 0.3;  // N m
 constexpr std::uint32_t kOfSprings = kLimitTorque | kLimitRate | kLimitRange | kLimitVelocity | kLimitAcceleration |
                                      kLimitPower | kLimitShaking | kLimitDevice;
 
