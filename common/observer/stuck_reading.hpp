@@ -67,7 +67,12 @@ class StuckReading {
     const double hidden = (doubts ? kDoubts : kSure) * (x_noise_ + t * (v_noise_ + 0.5 * t * a_noise_));
     return (z_.abs() > hidden).any();
   }
-  const Joints<N>& v() const noexcept { return v_; }  // by now, if it is stuck
+  // By now, if it is stuck. Who slows down may have turned: what slows him down is known to a half only, as the load is
+  // late and the inertia may be 0.7 of what is assumed.
+  Joints<N> v() const noexcept {
+    const Joints<N> slowed = v_ + (v_ - came_with_);
+    return (v_ * (v_ - came_with_) < 0.0).select((slowed * v_ > 0.0).select(slowed, 0.0), v_);
+  }
 
   // Which way the axis moved when the reading came to stand, while it stands and may yet be stuck: -1, 1, or 0 where
   // it was too slow to tell.
