@@ -14,9 +14,14 @@ constexpr double kVelocityUnits = 1 << kVelocityBits;
 constexpr double kTorqueUnits = 1 << kTorqueBits;
 // The bound at the hand (orthosis_mcu.hpp): found by tests/mcu_rogue_test.cpp as the fastest that keeps its lines with
 // the loops of the default scene.
-constexpr double kBoundRate = 36, kEndStiffness = 1400, kEndRate = 70;  // 1/s, 1/s2, 1/s
-constexpr double kSpeedShare = 1.25, kTorqueShare = 1.07;               // near the torque limit
-constexpr double kUnknownTorque = 0.1;                                  // N m, besides what is known to resist
+constexpr double kEndStiffness = 1400, kEndRate = 70;      // 1/s, 1/s2, 1/s
+constexpr double kSpeedShare = 1.25, kTorqueShare = 1.07;  // near the torque limit
+constexpr double kUnknownTorque = 0.1;                     // N m, besides what is known to resist
+
+// 1/s. A faster motor winds the spring faster, and a stiff hand swings further on it: 36 up to 4 rad/s, 33 at 8.
+double bound_rate(double motor_speed_limit) {
+  return std::fmin(std::fmax(36 - 0.75 * (motor_speed_limit - 4), 30), 36);
+}
 
 // NaN is outside every range.
 double within(const char* name, double value, double lowest, double highest) {
@@ -106,7 +111,7 @@ McuParams make_mcu_params(const McuSettings& s) {
   p.v_step = rounded(within("acceleration_limit", s.acceleration_limit, 1e-2, 1e4) * kFrame * kVelocityUnits);
   p.f_step = rounded(within("force_rate_limit", s.force_rate_limit, 1e-2, 4e3) * kFrame * kTorqueUnits);
   p.v_limit = rounded(std::fmin(s.velocity_limit * kVelocityUnits, kLargest));
-  const double J_k_B = s.J_n * kBoundRate;
+  const double J_k_B = s.J_n * bound_rate(s.motor_speed_limit);
   p.k_B = make_gain("J_n k_B", J_k_B * kTorquePerVelocity);
   p.k_D = make_gain("J_n k_D", s.J_n * kEndRate * kTorquePerVelocity);
   p.k_E = make_gain("J_n k_E", s.J_n * kEndStiffness * kTorquePerAngle);
