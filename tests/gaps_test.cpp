@@ -60,7 +60,6 @@ struct Named {
 // stop (below). A hand of 5 to 20 N m/rad that is let go of swings for a while, over laws that ask for a torque least
 // damped, and is met by the torque that comes back.
 constexpr Named kOnDirectDrives[] = {
-    {"FOUR_CHANNEL", "LIGHT", "20", 0.25},
     {"FOUR_CHANNEL_CDOB", "LIGHT", "20", 0.32},
     {"MODEL_MEDIATED", "LIGHT", "", 0.12},
     {"TWO_CHANNEL_PO_PC", "FIRM", "2", 0.23},
@@ -88,24 +87,20 @@ constexpr Named kBeforeAnMcu[] = {
     {"TWO_CHANNEL_PO_PC", "FIRM", "5", 0.23},
     {"TWO_CHANNEL_PO_PC", "LIGHT", "20", 0.23},
     {"FOUR_CHANNEL_CDOB_SDCV", "NORMAL", "20", 0.11},
-    {"TWO_CHANNEL", "LIGHT", "20", 0.19},
+    {"TWO_CHANNEL", "LIGHT", "20", 0.20},
     {"TWO_CHANNEL", "NORMAL", "20", 0.12},
     {"TWO_CHANNEL_PO_PC", "FIRM", "2", 0.24},
     {"TWO_CHANNEL_PO_PC", "NORMAL", "20", 0.33},
     {"TWO_CHANNEL_PO_PC", "FIRM", "20", 0.27},
     {"FOUR_CHANNEL", "LIGHT", "5", 0.14},
     {"FOUR_CHANNEL", "LIGHT", "20", 0.23},
-    {"FOUR_CHANNEL_CDOB", "LIGHT", "20", 0.17},
     {"FOUR_CHANNEL_CDOB", "LIGHT", "0.5", 0.19},
     {"FOUR_CHANNEL_CDOB_SDCV", "LIGHT", "0.5", 0.19},
     {"MODEL_MEDIATED", "LIGHT", "0.5", 0.21},
     {"AUTOMATIC", "LIGHT", "5", 0.11},
     {"AUTOMATIC", "LIGHT", "0.5", 0.21},
-    {"FOUR_CHANNEL_CDOB", "LIGHT", "5", 0.14},
     {"FOUR_CHANNEL_CDOB", "NORMAL", "20", 0.24},
-    {"FOUR_CHANNEL_CDOB_SDCV", "LIGHT", "5", 0.40},
-    {"FOUR_CHANNEL_CDOB_SDCV", "LIGHT", "20", 0.21},
-    {"TWO_CHANNEL_PO_PC", "FIRM", "", 0.13},
+    {"TWO_CHANNEL_PO_PC", "FIRM", "", 0.14},
     {"TWO_CHANNEL_PO_PC", "LIGHT", "5", 0.15},
     {"TWO_CHANNEL_PO_PC", "NORMAL", "5", 0.12},
 };
@@ -123,6 +118,7 @@ double more_of(const StallCell& cell) {
 // Who is pressed with that much is let go of by his drive while its program stops, and his own spring moves him: to
 // his limits of speed, power and shaking, and the therapist to the end of his range. A light grip is not held there.
 constexpr double kSpringsBack = 0.3;  // N m
+constexpr double kMost = 3.1;         // N m, the torque limit and 0.1
 constexpr std::uint32_t kOfSprings = kLimitTorque | kLimitRate | kLimitRange | kLimitVelocity | kLimitAcceleration |
                                      kLimitPower | kLimitShaking | kLimitDevice;
 
@@ -131,10 +127,15 @@ void expect_no_harder(const std::vector<StallCell>& cells) {
   std::vector<AtPersons> found(cells.size());
   in_threads(cells.size(), [&](std::size_t i) { base(cells[i]), found[i] = persons_of(cells[i].load()); });
   double therapist = -1, patient = -1;
-  std::size_t named = 0, limited = 0;
+  std::size_t named = 0, limited = 0, unstable = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const StallCell& cell = cells[i];
     const AtPersons &without = base(cell), &with = found[i];
+    if (cell.told_unstable()) {  // it swings as far as its limits let it, stopped or not
+      EXPECT_LE(std::max(with.therapist_nm, with.patient_nm), kMost) << cell.name();
+      ++unstable;
+      continue;
+    }
     const bool let_go = cell.elastic && cell.stalls != "master" && cell.stall_ms > kMcuWaits_ms;
     const double most = more_of(cell), pressed = std::max(without.therapist_nm, without.patient_nm);
     const double more_m = let_go ? 0.0 : with.therapist_nm - without.therapist_nm;  // Off at the patient's side: held
@@ -156,12 +157,13 @@ void expect_no_harder(const std::vector<StallCell>& cells) {
     EXPECT_EQ(limits_s & ~fine, 0u) << cell.name();
     if ((limits_m | limits_s) != 0) ++limited;
     const bool shaken = (with.patient_limits & kLimitShaking) != 0 || (with.therapist_limits & kLimitShaking) != 0;
-    EXPECT_TRUE(shaken || without.engaged < 0.99 || with.engaged > 0.99) << cell.name();
+    // A named loop may be held by a guard.
+    EXPECT_TRUE(shaken || most > kMore || without.engaged < 0.99 || with.engaged > 0.99) << cell.name();
   }
   std::printf(
       "%zu sessions: at most %.3f N m more at the therapist, %.3f at the patient; %zu of named loops more; in %zu "
-      "a limit acts that did not\n",
-      cells.size(), therapist, patient, named, limited);
+      "a limit acts that did not; %zu of loops that are told to be unstable\n",
+      cells.size(), therapist, patient, named, limited, unstable);
 }
 
 using Names = std::vector<std::string>;

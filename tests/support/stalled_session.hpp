@@ -54,6 +54,12 @@ struct StallCell {
     text += "network { forward " + path + " backward " + path + " }\noperator_acts { at_s: 0.2 act: ENGAGE }\n";
     return load_scene_text(text, "stalled.txtpb", more);
   }
+  // Says the program of this loop, before it runs, that it is unstable?
+  bool told_unstable() const {
+    const std::vector<std::string> warnings = load(false).warnings;
+    return std::any_of(warnings.begin(), warnings.end(),
+                       [](const std::string& one) { return one.find(" unstable in ") != std::string::npos; });
+  }
 };
 
 struct AtPersons {
