@@ -95,7 +95,7 @@ auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, boo
   const Joints<N> a_ref = bound_.step(asked, local, gate_.applied(), dob_.value());
   const std::uint32_t limits_before = std::exchange(limits_, driven ? bound_.active() : 0u);
   const Joints<N> free = model_.J_n * a_ref + dob_.value();
-  const Joints<N> wish = (limits_before | limits_) != 0 ? doubted(free) : free;
+  const Joints<N> wish = (limits_before | (stuck_.stood() > 1 ? limits_ : 0u)) != 0 ? doubted(free) : free;
   // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.
   if (model_.gravity == 0.0) return {gate_.pass(authority_ * wish, local.x)};
   const Joints<N>& idle = rtob_.gravity_load();
