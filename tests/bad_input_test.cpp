@@ -82,6 +82,13 @@ TEST(BadInput, EveryProgramRefusesAWrongScene) {
       expect_refused({program, with({"--scene", "demo", "--set", stalls + "={stall_s: 0.008}"}),
                       stalls + " has no effect: it needs virtual time"});
     }
+    expect_refused({program, with({"--scene", "zero_delay", "--set", "tick_s=0.02"}),
+                    "tick_s = 0.02 s: the limits at the two persons hold up to 0.005 s"});
+    expect_refused({program, with({"--scene", "zero_delay", "--set", "control.g_reac_rad_s=10"}),
+                    "control.g_reac_rad_s = 10 rad/s: the limits at the two persons hold from 50 rad/s"});
+    expect_refused({program, with({"--scene", ""}), "--scene is given nothing"});
+    expect_refused({program, with({"--scene", "demo", "--record", ""}), "--record is given nothing"});
+    expect_refused({program, with({"--scene", "demo", "--record="}), "--record is given nothing"});
     expect_refused({program, with({"--scene", directory + "none.txtpb"}), "No such file or directory"});
     expect_refused({program, with({"--scene", "demo", "--set", "network.forward.loss=2"}),
                     "network.forward.loss = 2 is not allowed; give a value from 0 to 1"});

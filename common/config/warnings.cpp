@@ -8,6 +8,7 @@
 
 #include "common/analysis/bisect.hpp"
 #include "common/config/effect.hpp"
+#include "common/config/guarded.hpp"
 #include "common/config/hammering.hpp"
 #include "common/config/scene_loops.hpp"
 #include "common/config/schema.hpp"
@@ -75,6 +76,7 @@ class Warner {
     network();
     never();
     idle();
+    guarded();
     return std::move(said_);
   }
 
@@ -369,6 +371,10 @@ class Warner {
   // Kept for another device or architecture, or of something that is absent.
   void idle() {
     for (const Complaint& setting : idle_settings(s_)) say(setting.sentence);
+  }
+
+  void guarded() {
+    for (const Complaint& setting : unguarded_settings(s_)) say(setting.sentence);
   }
 
   void never() {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 #include "common/files/output.hpp"
 #include "common/files/utf8.hpp"
@@ -38,6 +39,22 @@ CLI::Option* add_ranged(CLI::App& app, const char* name, T& value, T min, T max,
     wrong << '\'' << text << "' is not a number from " << min << " to " << max;
     return wrong.str();
   });
+}
+
+// What a shell makes of a variable that is not set would take a stop, a key or a recording away.
+void require_no_empty(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    const bool named = argument.starts_with("--");
+    if (argument.empty()) {
+      const bool follows = i > 1 && argv[i - 1][0] == '-';
+      throw std::invalid_argument(follows ? std::string(argv[i - 1]) + " is given nothing, an empty text"
+                                          : std::string("an argument is empty"));
+    }
+    if (named && argument.ends_with('=') && std::string_view(argv[i - 1]) != "--set")
+      throw std::invalid_argument(std::string(argument.substr(0, argument.size() - 1)) +
+                                  " is given nothing, an empty text");
+  }
 }
 
 void require_utf8(int argc, char** argv) {
@@ -124,6 +141,7 @@ int Program::run(int argc, char** argv, const std::function<int()>& body) {
   for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);
   try {
     require_utf8(argc, argv);
+    require_no_empty(argc, argv);
     app_->parse(argc, argv);
   } catch (const CLI::Success& help) {
     return app_->exit(help);

@@ -7,14 +7,18 @@
 #include <stdexcept>
 
 #include "common/config/effect.hpp"
+#include "common/config/guarded.hpp"
 
 namespace farhand {
 
 LoadedScene SceneChoice::load() const {
   LoadedScene loaded = load_scene(scene, sets, seed);
+  if (real_time) {
+    refuse_virtual_time(loaded.scene);
+    refuse_unguarded(loaded.scene);
+  }
   for (const std::string& warning : loaded.warnings)
     std::fprintf(stderr, "%s: warning: %s\n", loaded.path.c_str(), warning.c_str());
-  if (real_time) refuse_virtual_time(loaded.scene);
   return loaded;
 }
 
