@@ -129,7 +129,9 @@ TEST_P(StopSignal, StopsTheLoopSafelyHoweverOftenItComes) {
   EXPECT_EQ(stats.cause, StopCause::kSignal);
   EXPECT_EQ(stats.signal, GetParam());
 }
-INSTANTIATE_TEST_SUITE_P(Each, StopSignal, testing::Values(SIGINT, SIGQUIT, SIGTERM, SIGHUP, SIGUSR1, SIGALRM));
+INSTANTIATE_TEST_SUITE_P(Each, StopSignal,
+                         testing::Values(SIGINT, SIGQUIT, SIGTERM, SIGHUP, SIGUSR1, SIGALRM, SIGRTMIN, SIGRTMIN + 5,
+                                         SIGRTMAX));
 
 TEST(StopSignals, RestoresTheHandlersThatWereThereBefore) {
   struct sigaction before {};

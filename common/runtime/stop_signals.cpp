@@ -36,16 +36,18 @@ StopSignals::StopSignals() {
   action.sa_handler = note_signal;
   sigemptyset(&action.sa_mask);
   sigaddset(&action.sa_mask, SIGTTOU);
-  std::size_t i = 0;
-  for (const int number : kStopping) sigaction(number, &action, &previous_[i++]);
+  const auto handle = [&](int number) {
+    struct sigaction before {};
+    if (sigaction(number, &action, &before) == 0) previous_.emplace_back(number, before);
+  };
+  for (const int number : kStopping) handle(number);
+  for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) handle(number);
   action.sa_handler = SIG_IGN;
-  for (const int number : kIgnored) sigaction(number, &action, &previous_[i++]);
+  for (const int number : kIgnored) handle(number);
 }
 
 StopSignals::~StopSignals() {
-  std::size_t i = 0;
-  for (const int number : kStopping) sigaction(number, &previous_[i++], nullptr);
-  for (const int number : kIgnored) sigaction(number, &previous_[i++], nullptr);
+  for (const auto& [number, before] : previous_) sigaction(number, &before, nullptr);
 }
 
 int StopSignals::signal() const noexcept { return stop_signal.load(std::memory_order_relaxed); }

@@ -1,11 +1,13 @@
 // Every signal by which somebody may want the program to end (Ctrl-C, Ctrl-\, SIGTERM, a closed terminal), and those
-// that end one which does not expect them, ask for a safe stop; they never end the process themselves, however often
-// they come. Ignored are SIGPIPE, so that a reader of our output that goes away does not take the session with it, and
-// what stops a job in the background that uses its terminal.
+// that end one which does not expect them, those of real time too, ask for a safe stop; they never end the process
+// themselves, however often they come. Ignored are SIGPIPE, so that a reader of our output that goes away does not take
+// the session with it, and what stops a job in the background that uses its terminal.
 #pragma once
 
 #include <array>
 #include <csignal>
+#include <utility>
+#include <vector>
 
 namespace farhand {
 
@@ -24,7 +26,7 @@ class StopSignals {
   static constexpr std::array kStopping{SIGINT,  SIGQUIT,   SIGTERM, SIGHUP,  SIGUSR1, SIGUSR2,  SIGALRM,
                                         SIGPROF, SIGVTALRM, SIGXCPU, SIGPOLL, SIGPWR,  SIGSTKFLT};
   static constexpr std::array kIgnored{SIGPIPE, SIGTTIN, SIGTTOU};
-  std::array<struct sigaction, kStopping.size() + kIgnored.size()> previous_{};
+  std::vector<std::pair<int, struct sigaction>> previous_;
 };
 
 }  // namespace farhand
