@@ -265,8 +265,19 @@ TEST_F(Serial, WithoutThePreloadAPseudoTerminalIsRefusedWithItsName) {
   EXPECT_NE(std::string(text).find("LD_PRELOAD=libfarhand_pty_modem.so"), std::string::npos) << text;
 }
 
-TEST_F(Serial, ThePtyLinkReplacesALinkButNothingElseAndGoesWithItsOwner) {
-  fs::create_symlink("/nowhere", link_);
+TEST_F(Serial, ThePtyLinkReplacesALinkToAPtyButNothingElseAndGoesWithItsOwner) {
+  for (const char* target : {"/nowhere", "/etc/passwd"}) {
+    fs::create_symlink(target, link_);
+    try {
+      const Pty board(link_);
+      FAIL();
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find("which is no pseudo terminal"), std::string::npos) << error.what();
+    }
+    EXPECT_EQ(fs::read_symlink(link_), target);
+    fs::remove(link_);
+  }
+  fs::create_symlink("/dev/pts/99999", link_);  // of an emulator that was killed
   {
     const Pty board(link_);
     EXPECT_EQ(fs::read_symlink(link_), board.device());

@@ -22,6 +22,12 @@ void place_link(const std::string& device, const std::string& link) {
   if (fs::exists(there) && !fs::is_symlink(there)) {
     throw std::runtime_error("'" + link + "' exists and is not a symbolic link: it is left alone, choose another path");
   }
+  std::error_code unreadable;
+  const fs::path target = fs::exists(there) ? fs::read_symlink(link, unreadable) : fs::path();
+  if (!target.empty() && target.parent_path() != "/dev/pts") {
+    throw std::runtime_error("'" + link + "' is a link to '" + target.string() +
+                             "', which is no pseudo terminal: it is left alone, choose another path");
+  }
   const std::string fresh = link + "." + std::to_string(getpid());
   std::error_code error;
   fs::create_symlink(device, fresh, error);
