@@ -101,6 +101,22 @@ TEST(Verdict, APcThatMissedItsTicksIsTheFirstReasonAndStabilityIsNotJudged) {
   EXPECT_EQ(verdict(session, windows()), "ok");
 }
 
+// 11 ms move the angle for a second and are no failure; where stability failed they are said before it.
+TEST(Verdict, AShortGapIsNamedBeforeContactThatWasNotStable) {
+  for (const bool stable : {true, false}) {
+    std::string why;
+    Session session = good_session();
+    session.deterministic = false;
+    if (!stable) set_state(session.slave, 12, 13, StationState::kHolding);
+    session.slave_counters.ticks = 20000;
+    session.slave_counters.missed_ticks = 10;
+    session.slave.erase(session.slave.begin() + 5000, session.slave.begin() + 5010);
+    EXPECT_EQ(verdict(session, windows(), &why), stable ? "ok" : "failed");
+    const bool named = why.rfind("The PC of the slave stood still for up to 11.0 ms: for a second after", 0) == 0;
+    EXPECT_EQ(named, !stable) << why;
+  }
+}
+
 TEST(Verdict, APcThatStoodStillOnceIsToldWithItsTime) {
   std::string why;
   Session session = good_session();

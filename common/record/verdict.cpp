@@ -88,6 +88,16 @@ std::string kept_from_time(std::string_view who, const std::vector<StationSample
                       : "The PC of the " + std::string(who) + " " + said + ": nothing is said about the controller.";
 }
 
+// A shorter gap says nothing against a session, but may be why it moved: common/scene/after_gap.hpp.
+std::string moved_by_gap(std::string_view who, const std::vector<StationSample>& side,
+                         const StationCounters& counters) {
+  constexpr double kFelt_s = 0.005;
+  const double gap_s = longest_gap_s(side, counters);
+  if (counters.missed_ticks == 0 || !(gap_s >= kFelt_s)) return {};
+  return "The PC of the " + std::string(who) + " stood still for up to " + three_digits(1e3 * gap_s) +
+         " ms: for a second after that less of the peer is followed.";
+}
+
 void judge_side(std::string_view who, const std::vector<StationSample>& side, const scene::Scene& scene,
                 std::vector<std::string>& failed, std::vector<std::string>& degraded) {
   const std::string name(who);
@@ -145,6 +155,10 @@ Judgement judge(const Session& session, const scene::Scene& scene, const Metrics
   judge_side("slave", session.slave, scene, failed, degraded);
   if (!(metrics.number("engaged_s") > 0)) failed.push_back("The two sides were never engaged together.");
   if (metrics.is_false("stable") && late.empty()) {
+    for (const std::string& pc : {moved_by_gap("master", session.master, session.master_counters),
+                                  moved_by_gap("slave", session.slave, session.slave_counters)}) {
+      if (!pc.empty()) failed.push_back(pc);
+    }
     const double residual = metrics.number("residual_p2p_rad");
     const bool fault = any_fault(session.master) || any_fault(session.slave);
     failed.push_back(std::isfinite(residual)
