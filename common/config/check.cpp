@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/nowide/utf/utf.hpp>
 #include <cmath>
+#include <stdexcept>
 
 #include "common/config/effect.hpp"
 #include "common/config/schema.hpp"
@@ -280,6 +281,12 @@ void check_together(Checker& checker, const scene::Scene& scene) {
 }
 
 }  // namespace
+
+void refuse(const std::vector<Complaint>& complaints) {
+  std::string all;
+  for (const Complaint& complaint : complaints) all += (all.empty() ? "" : "\n") + complaint.sentence;
+  if (!all.empty()) throw std::invalid_argument(all);
+}
 
 std::vector<Complaint> complete_and_check(scene::Scene& scene) {
   Checker checker;

@@ -18,4 +18,7 @@ struct Complaint {
 // given, values out of range and values that contradict each other are returned.
 std::vector<Complaint> complete_and_check(scene::Scene& scene);
 
+// Throws std::invalid_argument with a line for each, unless there is none.
+void refuse(const std::vector<Complaint>& complaints);
+
 }  // namespace farhand

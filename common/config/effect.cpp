@@ -4,7 +4,6 @@
 
 #include <memory>
 #include <span>
-#include <stdexcept>
 
 #include "common/config/scene_loops.hpp"
 #include "common/config/schema.hpp"
@@ -200,17 +199,7 @@ std::vector<Complaint> idle_settings(const Scene& scene) {
   return all;
 }
 
-namespace {
-
-void refuse(const Scene& scene, std::span<const Effect> table) {
-  std::string all;
-  for (const Complaint& setting : without_effect(scene, table)) all += (all.empty() ? "" : "\n") + setting.sentence;
-  if (!all.empty()) throw std::invalid_argument(all);
-}
-
-}  // namespace
-
-void refuse_virtual_time(const Scene& scene) { refuse(scene, kVirtualTime); }
-void refuse_direct_drive_of_master(const Scene& scene) { refuse(scene, kDirectMaster); }
+void refuse_virtual_time(const Scene& scene) { refuse(without_effect(scene, kVirtualTime)); }
+void refuse_direct_drive_of_master(const Scene& scene) { refuse(without_effect(scene, kDirectMaster)); }
 
 }  // namespace farhand

@@ -1,7 +1,5 @@
 #include "common/config/guarded.hpp"
 
-#include <stdexcept>
-
 #include "common/config/scene_loops.hpp"
 #include "common/config/schema.hpp"
 
@@ -30,15 +28,9 @@ std::vector<Complaint> unguarded_settings(const scene::Scene& scene) {
   const auto& mcu = scene.slave().mcu();
   if (is_elastic(scene) && mcu.spring_gain_per_s() < kWeakestSpring)
     say("slave.mcu.spring_gain_per_s", mcu.spring_gain_per_s(), "from " + shortest(kWeakestSpring), "rad/s per N m");
-  if (is_elastic(scene) && mcu.g_v_rad_s() < kSlowestVelocity)
-    say("slave.mcu.g_v_rad_s", mcu.g_v_rad_s(), "from " + shortest(kSlowestVelocity), "rad/s");
   return all;
 }
 
-void refuse_unguarded(const scene::Scene& scene) {
-  std::string all;
-  for (const Complaint& setting : unguarded_settings(scene)) all += (all.empty() ? "" : "\n") + setting.sentence;
-  if (!all.empty()) throw std::invalid_argument(all);
-}
+void refuse_unguarded(const scene::Scene& scene) { refuse(unguarded_settings(scene)); }
 
 }  // namespace farhand

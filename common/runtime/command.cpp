@@ -45,13 +45,12 @@ CLI::Option* add_ranged(CLI::App& app, const char* name, T& value, T min, T max,
 void require_no_empty(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
-    const bool named = argument.starts_with("--");
     if (argument.empty()) {
       const bool follows = i > 1 && argv[i - 1][0] == '-';
       throw std::invalid_argument(follows ? std::string(argv[i - 1]) + " is given nothing, an empty text"
                                           : std::string("an argument is empty"));
     }
-    if (named && argument.ends_with('=') && std::string_view(argv[i - 1]) != "--set")
+    if (argument.starts_with("--") && argument.ends_with('='))
       throw std::invalid_argument(std::string(argument.substr(0, argument.size() - 1)) +
                                   " is given nothing, an empty text");
   }

@@ -41,7 +41,7 @@ class AfterGap {
   }
 
   double share() const noexcept { return share_; }
-  // Of the last tenth of a second, how much the drive acted; and the peer's, as far as its missed ticks tell.
+  // Of the last 60 ms, how much the drive acted; and the peer's, as far as its missed ticks tell.
   double acting() const noexcept { return acting_; }
   double peers_acting() const noexcept { return peers_acting_; }
   // s, since something newer of the peer was shown.

@@ -18,7 +18,8 @@ constexpr double kEndStiffness = 1400, kEndRate = 70;      // 1/s, 1/s2, 1/s
 constexpr double kSpeedShare = 1.25, kTorqueShare = 1.07;  // near the torque limit
 constexpr double kUnknownTorque = 0.1;                     // N m, besides what is known to resist
 
-// 1/s. A faster motor winds the spring faster, and a stiff hand swings further on it: 36 up to 4 rad/s, 33 at 8.
+// 1/s. A faster motor winds the spring faster, and a stiff hand swings further on it: 36 up to 4 rad/s, 33 at 8;
+// beyond that nobody measured.
 double bound_rate(double motor_speed_limit) {
   return std::fmin(std::fmax(36 - 0.75 * (motor_speed_limit - 4), 30), 36);
 }

@@ -17,7 +17,7 @@
 //
 //   a_ref <= k_B (v_allow - max(v, 0))
 //   v_allow = min(v_max, P / (torque + 0.1 N m), 1.25 v_max (1.07 - torque / limit))
-//   a_ref <= k_E (x_max - x) - k_D v                              k_B = 33..36/s, k_E = 1400/s2, k_D = 70/s
+//   a_ref <= k_E (x_max - x) - k_D v                              k_B = 30..36/s, k_E = 1400/s2, k_D = 70/s
 //
 // where torque is what resists that direction: the spring's, known without lag, or tau_dis, the larger. So what is
 // allowed follows from torque, speed and angle now, and not from power that was given already. The motor is slow: were
