@@ -55,13 +55,11 @@ struct Taken {
   double most;
 };
 constexpr Taken kTaken[] = {{"zero_delay free sine", 1, 0.024},
-                            {"zero_delay power", 0, 0.0024},
+                            {"zero_delay power", 0, 0.0012},
                             {"zero_delay power", 1, 0.022},
-                            {"zero_delay power", 2, 0.0015},
-                            {"four_channel_mediated power", 2, 0.002},
-                            {"sea_four_channel_mediated power", 1, 0.018},
-                            {"sea_four_channel_mediated power", 2, 0.0125},
-                            {"sea_four_channel_mediated power", 3, 0.1}};
+                            {"sea_four_channel_mediated power", 1, 0.017},
+                            {"sea_four_channel_mediated power", 2, 0.0082},
+                            {"sea_four_channel_mediated power", 3, 0.058}};
 double taken(std::string_view session, int column) {
   for (const Taken& one : kTaken) {
     if (one.session == session && one.column == column) return one.most;
@@ -322,6 +320,59 @@ TEST(OrdinarySessions, NearTheLimitsFollowToAMilliradianAndOnePercent) {
       EXPECT_LE(off, std::max(as_before, taken(sessions[i].name, which))) << sessions[i].name << ", column " << which;
     }
   }
+}
+
+// Exercise of the hand that comes near the power limit of 2 W: eight sines of 1.35 Hz, each wider than the last, and
+// then the widest for 9 s. The same without a limit of power is what they are to follow, to 1 mrad and 1 % on a direct
+// drive. Behind an MCU, whose motor follows late, they do so up to 1.5 W; what 1.8 W lose is told here.
+TEST(OrdinarySessions, ExerciseNearThePowerLimitFollowsTheRunWithoutIt) {
+  struct Exercise {
+    const char *scene, *stiffness;
+    double widest_rad, least_w, most_rad, share;  // share: of the largest force
+  };
+  const std::vector<Exercise> all = {{"four_channel_mediated", "5", 0.357, 1.75, 1.2e-3, 0.01},
+                                     {"four_channel_mediated", "8", 0.329, 1.75, 1.2e-3, 0.01},
+                                     {"four_channel_mediated", "15", 0.308, 1.75, 1.2e-3, 0.01},
+                                     {"sea_four_channel_mediated", "5", 0.34, 1.5, 1.2e-3, 0.01},
+                                     {"sea_four_channel_mediated", "8", 0.316, 1.5, 1e-3, 0.01},
+                                     {"sea_four_channel_mediated", "15", 0.31, 1.5, 1e-3, 0.01},
+                                     {"sea_four_channel_mediated", "5", 0.37, 1.75, 6.5e-3, 0.025},
+                                     {"sea_four_channel_mediated", "8", 0.346, 1.75, 3e-3, 0.015},
+                                     {"sea_four_channel_mediated", "15", 0.33, 1.75, 2.1e-3, 0.015}};
+  std::vector<std::string> told(all.size());
+  in_threads(all.size(), [&](std::size_t i) {
+    const Exercise& e = all[i];
+    std::string therapist =
+        "master.therapist={grip: CUSTOM K_h_nm_per_rad: 20 B_h_nms_per_rad: 0.3 intended {duration_s: 2}";
+    for (int k = 1; k <= 9; ++k) {
+      char text[120];
+      std::snprintf(text, sizeof text, " intended {duration_s: %.6f sine_amplitude_rad: %.5f sine_frequency_hz: 1.35}",
+                    (k == 9 ? 12 : 2) / 1.35, e.widest_rad * std::min(k, 8) / 8);
+      therapist += text;
+    }
+    const Sets sets = {"duration_s=26", therapist + "}",
+                       std::string("slave.hand={stiffness_nm_per_rad: ") + e.stiffness + "}",
+                       "windows={free {from_s: 4 until_s: 8} contact {from_s: 12 until_s: 26}}"};
+    Sets without = sets;
+    without.insert(without.end(), {"slave.limits.power_w=1000", "master.limits.power_w=1000"});
+    const Session guarded = simulate(load_scene(e.scene, sets)), free = simulate(load_scene(e.scene, without));
+    double off = 0, force_off = 0, force = 0, power = 0;
+    for (std::size_t k = 0; k < free.slave.size(); ++k) {
+      const StationSample &a = guarded.slave[k], &b = free.slave[k];
+      off = std::max(off, std::abs(a.true_x_rad - b.true_x_rad));
+      force_off = std::max(force_off, std::abs(a.true_f_nm - b.true_f_nm));
+      force = std::max(force, std::abs(b.true_f_nm));
+      power = std::max(power, b.true_f_nm * b.true_v_rad_s);
+    }
+    char text[160];
+    std::snprintf(text, sizeof text, "%s, %s N m/rad, %.2f W: %.2f mrad, %.4f of %.2f N m\n", e.scene, e.stiffness,
+                  power, off * 1e3, force_off, force);
+    told[i] = text;
+    EXPECT_GE(power, e.least_w) << text;
+    EXPECT_LE(off, e.most_rad) << text;
+    EXPECT_LE(force_off, e.share * force) << text;
+  });
+  for (const std::string& text : told) std::printf("%s", text.c_str());
 }
 
 }  // namespace

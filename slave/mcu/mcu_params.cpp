@@ -14,7 +14,7 @@ constexpr double kVelocityUnits = 1 << kVelocityBits;
 constexpr double kTorqueUnits = 1 << kTorqueBits;
 // The bound at the hand (orthosis_mcu.hpp): found by tests/mcu_rogue_test.cpp as the fastest that keeps its lines with
 // the loops of the default scene.
-constexpr double kEndStiffness = 1400, kEndRate = 70;      // 1/s, 1/s2, 1/s
+constexpr double kEndRate = 19;                            // 1/s, towards an end of the range
 constexpr double kSpeedShare = 1.25, kTorqueShare = 1.07;  // near the torque limit
 constexpr double kUnknownTorque = 0.1;                     // N m, besides what is known to resist
 
@@ -114,8 +114,7 @@ McuParams make_mcu_params(const McuSettings& s) {
   p.v_limit = rounded(std::fmin(s.velocity_limit * kVelocityUnits, kLargest));
   const double J_k_B = s.J_n * bound_rate(s.motor_speed_limit);
   p.k_B = make_gain("J_n k_B", J_k_B * kTorquePerVelocity);
-  p.k_D = make_gain("J_n k_D", s.J_n * kEndRate * kTorquePerVelocity);
-  p.k_E = make_gain("J_n k_E", s.J_n * kEndStiffness * kTorquePerAngle);
+  p.k_E = make_gain("J_n k_E", 2 * J_k_B * kEndRate * kTorquePerAngle);
   within("power_limit", s.power_limit, 1e-3, 1e4);
   for (int step = 0; step < kResistanceSteps; ++step) {
     const double resisting = (step + 0.5) * (1 << kResistanceShift) / kTorqueUnits;

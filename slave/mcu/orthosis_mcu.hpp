@@ -15,15 +15,22 @@
 //
 // The bound at the hand is the same in both modes, whatever frames come. Towards x_max, and alike towards x_min,
 //
-//   a_ref <= k_B (v_allow - max(v, 0))
-//   v_allow = min(v_max, P / (torque + 0.1 N m), 1.25 v_max (1.07 - torque / limit))
-//   a_ref <= k_E (x_max - x) - k_D v                              k_B = 30..36/s, k_E = 1400/s2, k_D = 70/s
+//   a_ref <= k_B (v_allow(torque + 3.75 rise) - max(v, 0)) + 1.375 rise / J_n
+//   v_allow(torque) = min(v_max, P / (torque + 0.1 N m), 1.25 v_max (1.07 - torque / limit))
+//   a_ref <= 2 k_B (19/s (x_max - x) - v)                                                   k_B = 30..36/s
+//   rise = tau_dis - LPF[tau_dis], if it rises: 16 ms of how fast it does
 //
 // where torque is what resists that direction: the spring's, known without lag, or tau_dis, the larger. So what is
 // allowed follows from torque, speed and angle now, and not from power that was given already. The motor is slow: were
 // more allowed while the hand comes back (v < 0), what it gives would come when the hand has turned, and a hand of 20 N
-// m/rad would swing from 25/s on. Near the torque limit a hand is slow enough to be stopped within it. 20/s towards an
-// end, k_E / k_D, is what it still stops from.
+// m/rad would swing from 25/s on. Near the torque limit a hand is slow enough to be stopped within it. 19/s towards an
+// end is what it still stops from.
+//
+// The rise makes of it a bound on power as it goes, d/dt (v_allow - v) >= -k_B (v_allow - v): what resists more in a
+// moment allows less speed then, and what is commanded now is with the hand 20 ms late (tau_dis is 10 ms old, the
+// spring follows 10 ms after). Without the first a stiff hand swings, without the second nobody can be led through 1 W
+// into 15 N m/rad. Of the second at most 0.4 N m is given and half of what is left of the torque limit: else the
+// lightest and stiffest hand swings at 26 Hz.
 //
 // Letting go is one and the same, whoever asks for it and whatever ends it: the torque commanded goes to zero in 2 ms,
 // and the spring unwinds as fast as the motor turns. The motor is what makes that gentle: 40 N m/s at 4 rad/s and
@@ -80,7 +87,7 @@ struct McuParams {
   int32_t x_step, v_step, f_step;  // how far one frame may move a reference
   int32_t x_min, x_max;
   int32_t v_limit;                          // of the joint, and of v_ref
-  Gain k_B, k_D, k_E;                       // times J_n
+  Gain k_B, k_E;                            // times J_n
   int32_t allowed_speed[kResistanceSteps];  // J_n k_B v_allow
   Gain per_ramp_loop, per_stop_loop;        // 1 / ramp_loops, 1 / stop_loops: no division on an 8-bit MCU
   int32_t allowed_step;                     // of the torque that is allowed after a start, per loop
@@ -139,7 +146,7 @@ class OrthosisCore {
 
   // One loop.
   McuOutput step(const McuInput& input);
-  // After step: true when this loop sends a frame (1 kHz).
+  // Once after step: true when this loop sends a frame (1 kHz).
   bool telemetry(Telemetry& frame);
   bool telemetry(uint8_t wire[kWireBytes]);
 
@@ -179,10 +186,13 @@ class OrthosisCore {
   void watch_stop(const McuInput& input);
   void let_go(Phase phase, uint16_t loops);
   int32_t wanted_acceleration() const;
+  void look_ahead();
   int32_t bounded(int32_t acceleration) const;
   int32_t allowed_speed(int32_t resisting) const;
   void move_torque_command();
   void give_way(const McuInput& input);
+  uint8_t next_telemetry() const { return static_cast<uint8_t>((telemetry_seq_ + 1) & 63); }
+  void prepare_page();
   uint8_t slow_byte(SlowPage page);
 
   Parameters parameters_;
@@ -193,6 +203,7 @@ class OrthosisCore {
   bool started_ = false;
   int32_t x_ = 0, x_motor_ = 0, x_filtered_ = 0, v_ = 0;
   int32_t tau_spring_ = 0, dob_ = 0, rtob_ = 0, tau_dis_ = 0, f_s_ = 0;
+  int32_t tau_slow_ = 0, given_ahead_ = 0, resists_soon_ = 0;
   int8_t temperature_c_ = 0;
   uint8_t current_ = 0;
   uint16_t overruns_in_a_row_ = 0, apart_in_a_row_ = 0;
@@ -219,8 +230,9 @@ class OrthosisCore {
   uint16_t loops_left_ = 0;           // of letting go
   int32_t motor_velocity_ = 0;
 
-  uint16_t loops_since_telemetry_ = 0, number_ = 0;
-  uint8_t telemetry_seq_ = 63, echo_ = 0, happened_ = 0, low_byte_ = 0, restart_;
+  uint16_t loop_of_frame_ = 0, number_ = 0;
+  uint8_t telemetry_seq_ = 63, echo_ = 0, happened_ = 0, restart_;
+  int16_t wide_ = 0;  // of a page and the one after it
 };
 
 // The core with the parameters of a scene.

@@ -6,7 +6,7 @@
 
 namespace farhand {
 namespace mcu {
-constexpr uint8_t kFirmware = 6;
+constexpr uint8_t kFirmware = 7;
 constexpr uint8_t kFramesToStart = 3;
 constexpr uint8_t kLatched = kJointEncoder | kMotorEncoder | kSpringTorque | kOverrun | kPatientStop | kSpringSensor;
 
@@ -14,6 +14,9 @@ constexpr uint8_t kLatched = kJointEncoder | kMotorEncoder | kSpringTorque | kOv
 constexpr int32_t kXUnits = (int32_t(1) << kAngleBits) / kXRefCountsPerRad;
 constexpr int32_t kVUnits = (int32_t(1) << kVelocityBits) / kVRefCountsPerRadPerS;
 constexpr int32_t kFUnits = (int32_t(1) << kTorqueBits) / kFRefCountsPerNm;
+
+constexpr uint8_t kSlowShift = 4;
+constexpr int32_t kMostRise = (int32_t(1) << kTorqueBits) * 2 / 5;  // 0.4 N m
 
 inline int32_t magnitude(int32_t value) { return value < 0 ? -value : value; }
 inline int32_t smaller(int32_t a, int32_t b) { return a < b ? a : b; }
@@ -162,7 +165,7 @@ void OrthosisCore<P>::sense(const McuInput& input) {
   if (!started_) {  // at rest, with what acts now as if it had acted for ever
     started_ = true;
     x_filtered_ = x_;
-    dob_ = rtob_ = tau_spring_;
+    dob_ = rtob_ = tau_slow_ = tau_spring_;
   }
 }
 
@@ -228,9 +231,19 @@ void OrthosisCore<P>::supervise(const McuInput& input) {
 template <class P>
 int32_t OrthosisCore<P>::wanted_acceleration() const {
   if (mode_ == Mode::kTorque) {
-    return times(f_command_ - f_s_, p().K_f) + times(v_command_, p().K_d) - times(v_, p().K_d);
+    return times(f_command_ - f_s_, p().K_f) + times(v_command_ - v_, p().K_d);
   }
   return times(x_command_ - x_, p().K_p) + times(v_command_ - v_, p().K_d) - times(f_command_ + f_s_, p().K_f);
+}
+
+// How fast the torque that resists grows, once a frame.
+template <class P>
+void OrthosisCore<P>::look_ahead() {
+  const int32_t rise = tau_dis_ - tau_slow_;
+  tau_slow_ += rise >> kSlowShift;
+  const int32_t quarter = rise >> 2, ahead = rise + quarter + (quarter >> 1);
+  resists_soon_ = 4 * rise - quarter;
+  given_ahead_ = limited(ahead, larger(0, smaller(kMostRise, (p().torque_limit - magnitude(tau_dis_)) >> 1)));
 }
 
 template <class P>
@@ -243,9 +256,15 @@ int32_t OrthosisCore<P>::allowed_speed(int32_t resisting) const {
 // throw.
 template <class P>
 int32_t OrthosisCore<P>::bounded(int32_t acceleration) const {
-  const int32_t brake = times(v_, p().k_B), brake_at_end = times(v_, p().k_D);
-  int32_t up = allowed_speed(larger(tau_spring_, tau_dis_));
-  int32_t down = -allowed_speed(-smaller(tau_spring_, tau_dis_));
+  const int32_t brake = times(v_, p().k_B), brake_at_end = 2 * brake;
+  int32_t up, down;
+  if (resists_soon_ > 0) {
+    up = allowed_speed(larger(tau_spring_, tau_dis_) + resists_soon_) + given_ahead_;
+    down = -allowed_speed(-smaller(tau_spring_, tau_dis_));
+  } else {
+    up = allowed_speed(larger(tau_spring_, tau_dis_));
+    down = given_ahead_ - allowed_speed(-(smaller(tau_spring_, tau_dis_) + resists_soon_));
+  }
   if (brake > 0) {
     up -= brake;
     down = smaller(down, up);
@@ -307,6 +326,12 @@ McuOutput OrthosisCore<P>::step(const McuInput& input) {
   estimate();
   supervise(input);
   move_torque_command();
+  // A loop that sends no frame, if there is one, has the time.
+  if (loop_of_frame_ == 0) {
+    look_ahead();
+    prepare_page();
+  }
+  if (++loop_of_frame_ >= p().loops_per_frame) loop_of_frame_ = 0;
   motor_velocity_ = limited(v_ + times(tau_command_ - tau_spring_, p().spring_gain), p().motor_speed_limit);
   if ((faults_ & kSpringSensor) != 0) give_way(input);
   // Without an angle there is no spring torque to control: the motor stands, and the patient has the spring to move in.
@@ -330,9 +355,8 @@ bool OrthosisCore<P>::telemetry(uint8_t wire[kWireBytes]) {
 
 template <class P>
 bool OrthosisCore<P>::telemetry(Telemetry& frame) {
-  if (++loops_since_telemetry_ < p().loops_per_frame) return false;
-  loops_since_telemetry_ = 0;
-  telemetry_seq_ = static_cast<uint8_t>((telemetry_seq_ + 1) & 63);
+  if (loop_of_frame_ != 0) return false;
+  telemetry_seq_ = next_telemetry();
   frame.state = state_;
   frame.seq = telemetry_seq_;
   frame.angle = to_int16(times(x_, p().angle_telemetry));
@@ -341,20 +365,23 @@ bool OrthosisCore<P>::telemetry(Telemetry& frame) {
   return true;
 }
 
+// What the next frame's page takes a product for.
+template <class P>
+void OrthosisCore<P>::prepare_page() {
+  const SlowPage page = slow_page(next_telemetry());
+  if (page == SlowPage::kSpringTorqueHigh) wide_ = to_int16(times(tau_spring_, p().torque_telemetry));
+  if (page == SlowPage::kMotorAngleHigh) wide_ = to_int16(times(x_motor_, p().angle_telemetry));
+}
+
 template <class P>
 uint8_t OrthosisCore<P>::slow_byte(SlowPage page) {
-  const auto high_of = [this](int16_t value) {
-    low_byte_ = static_cast<uint8_t>(value & 0xFF);
-    return static_cast<uint8_t>((value >> 8) & 0xFF);
-  };
   switch (page) {
     case SlowPage::kSpringTorqueHigh:
-      return high_of(to_int16(times(tau_spring_, p().torque_telemetry)));
     case SlowPage::kMotorAngleHigh:
-      return high_of(to_int16(times(x_motor_, p().angle_telemetry)));
+      return static_cast<uint8_t>((wide_ >> 8) & 0xFF);
     case SlowPage::kSpringTorqueLow:
     case SlowPage::kMotorAngleLow:
-      return low_byte_;
+      return static_cast<uint8_t>(wide_ & 0xFF);
     case SlowPage::kMotorSpeedCommand:
       return static_cast<uint8_t>(clamp((motor_velocity_ + 0x8000) >> 16, -127, 127) & 0xFF);
     case SlowPage::kTemperatureC:

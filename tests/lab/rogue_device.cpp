@@ -26,15 +26,23 @@ void WatchedPort::advance(double t_s) noexcept {
       orthosis_.send(&to_mcu_.front().byte, 1, loop);
       to_mcu_.pop_front();
     }
-    emulator.joint_encoder().frozen = frozen_from_s_ >= 0 && at >= frozen_from_s_ && at < frozen_from_s_ + kFrozen;
+    const bool frozen = frozen_from_s_ >= 0 && at >= frozen_from_s_ && at < frozen_from_s_ + kFrozen;
+    emulator.joint_encoder().frozen = frozen;
     orthosis_.advance(loop);
     if (!see_) continue;
     const SeriesElasticWorld::Truth world = emulator.world().truth();
+    if (!frozen) shown_ = world.x;
     const double commanded = mcu::to_nm(emulator.core().torque_command());
     // An MCU that let go by itself drives nobody, whatever its station was told.
     since_torque_ = commanded != 0 ? 0 : since_torque_ + 1;
     see_({.t_s = at,
-          .body = {world.x, world.v, world.motor_x, world.motor_v},
+          .body = {.x = world.x,
+                   .v = world.v,
+                   .motor_x = world.motor_x,
+                   .motor_v = world.motor_v,
+                   .x_shown = shown_,
+                   .x_slow = shown_ - mcu::to_rad_s(emulator.core().velocity()) / velocity_cutoff_,
+                   .t_s = at},
           .torque = world.f,
           .spring = world.spring_torque,
           .commanded = commanded,

@@ -52,6 +52,7 @@ class WatchedPort {
   WatchedPort(const scene::Scene& scene, const Plan& plan, bool lies)
       : orthosis_(emulator_params(scene), scene.slave().series_elastic().serial_one_way_s()),
         frozen_from_s_(plan.world.frozen_from_s),
+        velocity_cutoff_(scene.slave().mcu().g_v_rad_s()),
         lies_(plan.lies),
         lying_(lies) {}
 
@@ -82,7 +83,7 @@ class WatchedPort {
 
   OrthosisOnSerial orthosis_;
   See see_;
-  double frozen_from_s_;
+  double frozen_from_s_, velocity_cutoff_, shown_ = 0;
   Lies lies_;
   bool lying_;
   double engaged_s_ = -1;

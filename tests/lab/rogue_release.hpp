@@ -6,7 +6,9 @@ namespace farhand::rogue {
 
 struct BodyState {
   double x = 0, v = 0, motor_x = 0, motor_v = 0;
-  double v_lag = 0;  // rad/s, by which the velocity that the motor follows is behind v
+  double x_shown = 0;  // by the joint's encoder: x, but while it stands
+  double x_slow = 0;   // its low-pass, from which the velocity is that the motor follows
+  double t_s = 0;
 };
 
 struct Body {
@@ -17,9 +19,13 @@ struct Body {
   double stop = 0.5236;  // rad, both ways
   double spring = 0;     // N m/rad, behind an MCU; 0: a direct drive
   double motor_hz = 30, motor_limit = 4, spring_gain = 10;
-  double velocity_cutoff = 0;  // rad/s, of the joint's velocity that the motor follows; 0: as it is
-  double fastest = 1e9;        // rad/s, that it follows
+  double velocity_cutoff = 0;               // rad/s, of the joint's velocity that the motor follows; 0: as it is
+  double fastest = 1e9;                     // rad/s, that it follows
+  double frozen_from_s = -1, frozen_s = 0;  // the joint's encoder stands; < 0: never
 
+  bool frozen(double t_s) const noexcept {
+    return frozen_from_s >= 0 && t_s >= frozen_from_s && t_s < frozen_from_s + frozen_s;
+  }
   double followed(const BodyState& s) const noexcept;
   double reaction(double x, double v) const noexcept;  // without the person's inertia
 };
@@ -28,7 +34,8 @@ struct LetGo {
   double speed = 0, power = 0;  // the most, rad/s, W given to the person
 };
 
-// Behind an MCU the motor follows the joint so that the spring gives no torque, as fast as it can.
+// Behind an MCU the motor follows the joint so that the spring gives no torque, as fast as it can. An encoder that
+// stands in that time does so whoever stopped: it is the same device.
 LetGo let_go(const Body& body, BodyState from) noexcept;
 
 }  // namespace farhand::rogue

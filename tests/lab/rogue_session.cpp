@@ -96,7 +96,7 @@ class Course {
     const Truth truth = side_.truth();
     if constexpr (!kMcu) {  // the torque and the state of the last tick led here
       judge_.see({.t_s = t,
-                  .body = {truth.x, truth.v, 0, 0},
+                  .body = {.x = truth.x, .v = truth.v, .t_s = t},
                   .torque = truth.f,
                   .commanded = commanded,
                   .driven = drives(state_)});
@@ -160,7 +160,9 @@ Allowed allowed_of(const scene::Scene& scene, const Cell& cell, const Plan& plan
             .motor_limit = elastic.motor_speed_limit_rad_s(),
             .spring_gain = scene.slave().mcu().spring_gain_per_s(),
             .velocity_cutoff = scene.slave().mcu().g_v_rad_s(),
-            .fastest = mcu::kFastest * a.speed};
+            .fastest = mcu::kFastest * a.speed,
+            .frozen_from_s = plan.world.frozen_from_s,
+            .frozen_s = kFrozen};
   return a;
 }
 

@@ -15,12 +15,14 @@ class McuReference {
 
   void estimate(double x_new, double x_motor) {
     const double dt = 1 / s.loop_hz;
+    if (loops_ > 0) look_ahead();
+    ++loops_;
     x = x_new;
     tau_spring = s.spring * (x_motor - x);
     if (!started_) {
       started_ = true;
       x_previous_ = x;
-      dob_ = rtob_ = tau_spring;
+      dob_ = rtob_ = tau_slow_ = tau_spring;
     }
     // Band-limited derivative as the difference quotient through a backward-Euler low-pass, not telescoped.
     v += s.g_v * dt / (1 + s.g_v * dt) * ((x - x_previous_) / dt - v);
@@ -54,12 +56,14 @@ class McuReference {
 
  private:
   double drive(double a_ref, double tau_allowed) {
-    constexpr double k_B = 36, k_E = 1400, k_D = 70;
-    double up = k_B * (v_allow(std::max(tau_spring, tau_dis)) - std::max(v, 0.0));
-    double down = -k_B * (v_allow(-std::min(tau_spring, tau_dis)) + std::min(v, 0.0));
+    constexpr double k_B = 36, kEnd = 19;
+    const double soon = 3.75 * rise_;
+    double up = k_B * (v_allow(std::max(tau_spring, tau_dis) + std::max(soon, 0.0)) - std::max(v, 0.0));
+    double down = -k_B * (v_allow(-std::min(tau_spring, tau_dis) - std::min(soon, 0.0)) + std::min(v, 0.0));
+    (rise_ > 0 ? up : down) += given_ahead_ / s.J_n;
     (v > 0 ? down : up) = v > 0 ? std::min(down, up) : std::max(down, up);
-    up = std::min(up, k_E * (s.range_max - x) - k_D * v);
-    down = std::max(down, k_E * (s.range_min - x) - k_D * v);
+    up = std::min(up, 2 * k_B * (kEnd * (s.range_max - x) - v));
+    down = std::max(down, 2 * k_B * (kEnd * (s.range_min - x) - v));
     bounded = a_ref > up || a_ref < down;
     const double wanted = std::clamp(s.J_n * std::clamp(a_ref, down, up) + tau_dis, -tau_allowed, tau_allowed);
     const double step = s.torque_rate_limit / s.loop_hz;
@@ -67,8 +71,19 @@ class McuReference {
     return std::clamp(v + s.spring_gain * (tau_command - tau_spring), -s.motor_speed_limit, s.motor_speed_limit);
   }
 
+  // In the first loop of each frame, of what it estimated.
+  void look_ahead() {
+    if ((loops_ - 1) % std::lround(s.loop_hz / 1000) != 0) return;
+    rise_ = tau_dis - tau_slow_;
+    tau_slow_ += rise_ / 16;
+    const double most = std::clamp((s.torque_limit - std::abs(tau_dis)) / 2, 0.0, 0.4);
+    given_ahead_ = std::clamp(1.375 * rise_, -most, most);
+  }
+
   bool started_ = false;
   double x_previous_ = 0, dob_ = 0, rtob_ = 0;
+  double tau_slow_ = 0, rise_ = 0, given_ahead_ = 0;  // once a frame
+  long loops_ = 0;
 };
 
 }  // namespace farhand::mcu
