@@ -170,7 +170,7 @@ TEST(McuCore, TorqueIsLimitedInSizeAndRate) {
     Bench bench(settings);
     bench.activate(Mode::kTorque);
     double previous = 0;
-    for (int i = 0; i < 200; ++i) {
+    for (int i = 0; i < 400; ++i) {
       bench.send(Mode::kTorque, 0, sign * 8, sign * 3.9);
       for (int half = 0; half < 2; ++half) {
         bench.held_loop();

@@ -45,7 +45,7 @@ class StopBench {
   }
   void press_at_torque(double torque_nm) {
     frames(2, Mode::kSafe);
-    frames(300, Mode::kTorque, torque_nm);
+    frames(600, Mode::kTorque, torque_nm);
     pressed = to_nm(core.torque_command());
     ASSERT_NEAR(pressed, torque_nm, 0.01);
   }

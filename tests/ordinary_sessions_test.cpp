@@ -324,7 +324,7 @@ TEST(OrdinarySessions, NearTheLimitsFollowToAMilliradianAndOnePercent) {
 
 // Exercise of the hand that comes near the power limit of 2 W: eight sines of 1.35 Hz, each wider than the last, and
 // then the widest for 9 s. The same without a limit of power is what they are to follow, to 1 mrad and 1 % on a direct
-// drive. Behind an MCU, whose motor follows late, they do so up to 1.5 W; what 1.8 W lose is told here.
+// drive. Behind an MCU, whose motor follows late, they do so up to 1.5 W, to 1.5 mrad; what 1.8 W lose is told here.
 TEST(OrdinarySessions, ExerciseNearThePowerLimitFollowsTheRunWithoutIt) {
   struct Exercise {
     const char *scene, *stiffness;
@@ -333,12 +333,12 @@ TEST(OrdinarySessions, ExerciseNearThePowerLimitFollowsTheRunWithoutIt) {
   const std::vector<Exercise> all = {{"four_channel_mediated", "5", 0.357, 1.75, 1.2e-3, 0.01},
                                      {"four_channel_mediated", "8", 0.329, 1.75, 1.2e-3, 0.01},
                                      {"four_channel_mediated", "15", 0.308, 1.75, 1.2e-3, 0.01},
-                                     {"sea_four_channel_mediated", "5", 0.34, 1.5, 1.2e-3, 0.01},
-                                     {"sea_four_channel_mediated", "8", 0.316, 1.5, 1e-3, 0.01},
-                                     {"sea_four_channel_mediated", "15", 0.31, 1.5, 1e-3, 0.01},
-                                     {"sea_four_channel_mediated", "5", 0.37, 1.75, 6.5e-3, 0.025},
-                                     {"sea_four_channel_mediated", "8", 0.346, 1.75, 3e-3, 0.015},
-                                     {"sea_four_channel_mediated", "15", 0.33, 1.75, 2.1e-3, 0.015}};
+                                     {"sea_four_channel_mediated", "5", 0.34, 1.5, 1.5e-3, 0.01},
+                                     {"sea_four_channel_mediated", "8", 0.316, 1.5, 1.5e-3, 0.01},
+                                     {"sea_four_channel_mediated", "15", 0.31, 1.5, 1.5e-3, 0.01},
+                                     {"sea_four_channel_mediated", "5", 0.37, 1.75, 7.5e-3, 0.03},
+                                     {"sea_four_channel_mediated", "8", 0.346, 1.75, 5e-3, 0.03},
+                                     {"sea_four_channel_mediated", "15", 0.33, 1.75, 4.5e-3, 0.03}};
   std::vector<std::string> told(all.size());
   in_threads(all.size(), [&](std::size_t i) {
     const Exercise& e = all[i];

@@ -14,7 +14,7 @@ constexpr double kVelocityUnits = 1 << kVelocityBits;
 constexpr double kTorqueUnits = 1 << kTorqueBits;
 // The bound at the hand (orthosis_mcu.hpp): found by tests/mcu_rogue_test.cpp as the fastest that keeps its lines with
 // the loops of the default scene.
-constexpr double kEndRate = 19;                            // 1/s, towards an end of the range
+constexpr double kEndRate = 18;                            // 1/s, towards an end of the range
 constexpr double kSpeedShare = 1.25, kTorqueShare = 1.07;  // near the torque limit
 constexpr double kUnknownTorque = 0.1;                     // N m, besides what is known to resist
 
@@ -22,6 +22,11 @@ constexpr double kUnknownTorque = 0.1;                     // N m, besides what 
 // beyond that nobody measured.
 double bound_rate(double motor_speed_limit) {
   return std::fmin(std::fmax(36 - 0.75 * (motor_speed_limit - 4), 30), 36);
+}
+
+// N m, given ahead of what resists more and more. A faster motor winds a hand of 5 N m/rad over its power with it.
+double most_ahead(double motor_speed_limit) {
+  return std::fmin(std::fmax(0.4 - 0.05 * (motor_speed_limit - 4), 0.0), 0.4);
 }
 
 // NaN is outside every range.
@@ -115,6 +120,7 @@ McuParams make_mcu_params(const McuSettings& s) {
   const double J_k_B = s.J_n * bound_rate(s.motor_speed_limit);
   p.k_B = make_gain("J_n k_B", J_k_B * kTorquePerVelocity);
   p.k_E = make_gain("J_n k_E", 2 * J_k_B * kEndRate * kTorquePerAngle);
+  p.most_ahead_torque = rounded(most_ahead(s.motor_speed_limit) * kTorqueUnits);
   within("power_limit", s.power_limit, 1e-3, 1e4);
   for (int step = 0; step < kResistanceSteps; ++step) {
     const double resisting = (step + 0.5) * (1 << kResistanceShift) / kTorqueUnits;

@@ -15,22 +15,23 @@
 //
 // The bound at the hand is the same in both modes, whatever frames come. Towards x_max, and alike towards x_min,
 //
-//   a_ref <= k_B (v_allow(torque + 3.75 rise) - max(v, 0)) + 1.375 rise / J_n
+//   a_ref <= k_B (v_allow(torque + 3.25 rise) - max(v, 0)) + 1.25 rise / J_n, and <= k_B (v_max - max(v, 0))
 //   v_allow(torque) = min(v_max, P / (torque + 0.1 N m), 1.25 v_max (1.07 - torque / limit))
-//   a_ref <= 2 k_B (19/s (x_max - x) - v)                                                   k_B = 30..36/s
+//   a_ref <= 2 k_B (18/s (x_max - x) - v)                                                   k_B = 30..36/s
 //   rise = tau_dis - LPF[tau_dis], if it rises: 16 ms of how fast it does
 //
 // where torque is what resists that direction: the spring's, known without lag, or tau_dis, the larger. So what is
 // allowed follows from torque, speed and angle now, and not from power that was given already. The motor is slow: were
 // more allowed while the hand comes back (v < 0), what it gives would come when the hand has turned, and a hand of 20 N
-// m/rad would swing from 25/s on. Near the torque limit a hand is slow enough to be stopped within it. 19/s towards an
+// m/rad would swing from 25/s on. Near the torque limit a hand is slow enough to be stopped within it. 18/s towards an
 // end is what it still stops from.
 //
 // The rise makes of it a bound on power as it goes, d/dt (v_allow - v) >= -k_B (v_allow - v): what resists more in a
 // moment allows less speed then, and what is commanded now is with the hand 20 ms late (tau_dis is 10 ms old, the
 // spring follows 10 ms after). Without the first a stiff hand swings, without the second nobody can be led through 1 W
-// into 15 N m/rad. Of the second at most 0.4 N m is given and half of what is left of the torque limit: else the
-// lightest and stiffest hand swings at 26 Hz.
+// into 15 N m/rad. Of the second at most 0.4 N m is given (0.2 by a motor of 8 rad/s), half of what is left of the
+// torque limit, and J_n 3 k_B v (0.4 N m at 1 rad/s): who stands by now resists no more, and what is given after that
+// throws the lightest and stiffest hand.
 //
 // Letting go is one and the same, whoever asks for it and whatever ends it: the torque commanded goes to zero in 2 ms,
 // and the spring unwinds as fast as the motor turns. The motor is what makes that gentle: 40 N m/s at 4 rad/s and
@@ -89,8 +90,9 @@ struct McuParams {
   int32_t v_limit;                          // of the joint, and of v_ref
   Gain k_B, k_E;                            // times J_n
   int32_t allowed_speed[kResistanceSteps];  // J_n k_B v_allow
-  Gain per_ramp_loop, per_stop_loop;        // 1 / ramp_loops, 1 / stop_loops: no division on an 8-bit MCU
-  int32_t allowed_step;                     // of the torque that is allowed after a start, per loop
+  int32_t most_ahead_torque;
+  Gain per_ramp_loop, per_stop_loop;  // 1 / ramp_loops, 1 / stop_loops: no division on an 8-bit MCU
+  int32_t allowed_step;               // of the torque that is allowed after a start, per loop
   uint16_t watchdog_loops, ramp_loops, loops_per_frame, overrun_limit;
   uint16_t stop_loops, release_loops, sensor_loops;
 };

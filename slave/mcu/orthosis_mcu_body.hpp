@@ -16,7 +16,6 @@ constexpr int32_t kVUnits = (int32_t(1) << kVelocityBits) / kVRefCountsPerRadPer
 constexpr int32_t kFUnits = (int32_t(1) << kTorqueBits) / kFRefCountsPerNm;
 
 constexpr uint8_t kSlowShift = 4;
-constexpr int32_t kMostRise = (int32_t(1) << kTorqueBits) * 2 / 5;  // 0.4 N m
 
 inline int32_t magnitude(int32_t value) { return value < 0 ? -value : value; }
 inline int32_t smaller(int32_t a, int32_t b) { return a < b ? a : b; }
@@ -241,9 +240,10 @@ template <class P>
 void OrthosisCore<P>::look_ahead() {
   const int32_t rise = tau_dis_ - tau_slow_;
   tau_slow_ += rise >> kSlowShift;
-  const int32_t quarter = rise >> 2, ahead = rise + quarter + (quarter >> 1);
-  resists_soon_ = 4 * rise - quarter;
-  given_ahead_ = limited(ahead, larger(0, smaller(kMostRise, (p().torque_limit - magnitude(tau_dis_)) >> 1)));
+  const int32_t ahead = rise + (rise >> 2);
+  resists_soon_ = ahead + 2 * rise;
+  given_ahead_ =
+      limited(ahead, larger(0, smaller(p().most_ahead_torque, (p().torque_limit - magnitude(tau_dis_)) >> 1)));
 }
 
 template <class P>
@@ -257,19 +257,13 @@ int32_t OrthosisCore<P>::allowed_speed(int32_t resisting) const {
 template <class P>
 int32_t OrthosisCore<P>::bounded(int32_t acceleration) const {
   const int32_t brake = times(v_, p().k_B), brake_at_end = 2 * brake;
-  int32_t up, down;
-  if (resists_soon_ > 0) {
-    up = allowed_speed(larger(tau_spring_, tau_dis_) + resists_soon_) + given_ahead_;
-    down = -allowed_speed(-smaller(tau_spring_, tau_dis_));
-  } else {
-    up = allowed_speed(larger(tau_spring_, tau_dis_));
-    down = given_ahead_ - allowed_speed(-(smaller(tau_spring_, tau_dis_) + resists_soon_));
-  }
+  int32_t up = allowed_speed(larger(tau_spring_, tau_dis_) + larger(resists_soon_, 0));
+  int32_t down = -allowed_speed(-(smaller(tau_spring_, tau_dis_) + smaller(resists_soon_, 0)));
   if (brake > 0) {
-    up -= brake;
+    up = smaller(up + clamp(given_ahead_, 0, 3 * brake), p().allowed_speed[0]) - brake;
     down = smaller(down, up);
   } else {
-    down -= brake;
+    down = larger(down + clamp(given_ahead_, 3 * brake, 0), -p().allowed_speed[0]) - brake;
     up = larger(up, down);
   }
   const int32_t up_to_end = times(p().x_max - x_, p().k_E) - brake_at_end;

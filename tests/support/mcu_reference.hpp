@@ -56,11 +56,13 @@ class McuReference {
 
  private:
   double drive(double a_ref, double tau_allowed) {
-    constexpr double k_B = 36, kEnd = 19;
-    const double soon = 3.75 * rise_;
+    constexpr double k_B = 36, kEnd = 18;
+    const double soon = 3.25 * rise_;
     double up = k_B * (v_allow(std::max(tau_spring, tau_dis) + std::max(soon, 0.0)) - std::max(v, 0.0));
     double down = -k_B * (v_allow(-std::min(tau_spring, tau_dis) - std::min(soon, 0.0)) + std::min(v, 0.0));
-    (rise_ > 0 ? up : down) += given_ahead_ / s.J_n;
+    (v > 0 ? up : down) += std::clamp(given_ahead_ / s.J_n, std::min(3 * k_B * v, 0.0), std::max(3 * k_B * v, 0.0));
+    up = std::min(up, k_B * (v_allow(0) - std::max(v, 0.0)));
+    down = std::max(down, -k_B * (v_allow(0) + std::min(v, 0.0)));
     (v > 0 ? down : up) = v > 0 ? std::min(down, up) : std::max(down, up);
     up = std::min(up, 2 * k_B * (kEnd * (s.range_max - x) - v));
     down = std::max(down, 2 * k_B * (kEnd * (s.range_min - x) - v));
@@ -77,7 +79,7 @@ class McuReference {
     rise_ = tau_dis - tau_slow_;
     tau_slow_ += rise_ / 16;
     const double most = std::clamp((s.torque_limit - std::abs(tau_dis)) / 2, 0.0, 0.4);
-    given_ahead_ = std::clamp(1.375 * rise_, -most, most);
+    given_ahead_ = std::clamp(1.25 * rise_, -most, most);
   }
 
   bool started_ = false;
