@@ -44,8 +44,11 @@ void print_way(const char* name, const scene::Path& path, const ShimWay& way) {
 int run(const Options& options) {
   const LoadedScene loaded = options.scene.load();
   const scene::Scene& scene = loaded.scene;
-  Shim shim(parse_endpoint(options.listen, EndpointUse::kListen), parse_endpoint(options.forward, EndpointUse::kPeer),
-            link_params(scene.network().forward()), link_params(scene.network().backward()), scene.seed());
+  const UdpEndpoint listen = parse_endpoint(options.listen, EndpointUse::kListen),
+                    forward = parse_endpoint(options.forward, EndpointUse::kPeer);
+  if (listen == forward) throw std::invalid_argument("--forward " + options.forward + " is the address of --listen");
+  Shim shim(listen, forward, link_params(scene.network().forward()), link_params(scene.network().backward()),
+            scene.seed());
   const StopSignals stop;
   prctl(PR_SET_TIMERSLACK, 1);  // the kernel may otherwise round our waits up by 50 us
   const RealtimeReport realtime = enter_realtime(

@@ -98,6 +98,19 @@ TEST(BadInput, EveryProgramRefusesAWrongScene) {
   }
 }
 
+TEST(BadInput, WhatTheMcuCannotCarryIsRefusedByTheNameOfItsField) {
+  ScratchDirectory scratch;
+  const auto refused = [&](const std::string& set, const std::string& sentence) {
+    Arguments all = rest_of(Program::kMcu, scratch);
+    all.insert(all.end(), {"--scene", "sea_four_channel_mediated", "--set", set});
+    expect_refused({Program::kMcu, all, sentence});
+  };
+  refused("slave.mcu.loop_hz=1500", "slave.mcu.loop_hz does not fit the MCU: loop_hz must be a multiple of 1000 Hz");
+  refused("slave.axis.torque_limit_nm=50", "slave.axis.torque_limit_nm does not fit the MCU: torque_limit = 50");
+  refused("slave.series_elastic.motor_speed_limit_rad_s=1000", "slave.series_elastic.motor_speed_limit_rad_s does not");
+  refused("slave.series_elastic.joint_counts_per_rev=1000000000", "slave.series_elastic.joint_counts_per_rev does not");
+}
+
 TEST(BadInput, EveryProgramRefusesARecordingThatCannotBeWritten) {
   ScratchDirectory scratch;
   const std::string nowhere = (scratch / "none/x.mcap").string();

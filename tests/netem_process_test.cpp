@@ -202,6 +202,9 @@ TEST(NetemProcess, EveryWrongArgumentIsOneSentenceAndExit2) {
       {{"--listen", good, "--forward", "127.0.0.1:9", "--scene", "zero_delay", "--duration", "nan"}, "--duration"},
       {{"--listen", good, "--forward", "127.0.0.1:9", "--scene", "zero_delay", "--duration", "-1"}, "--duration"},
       {{"--listen", good, "--forward", "127.0.0.1:9", "--scene", "zero_delay", "--fast"}, "--fast"},
+      {{"--listen", good, "--forward", "127.0.0.1:9", "--scene", "zero_delay", "--seed", "-1"},
+       "--seed: -1 is not allowed; give a whole number from 0"},
+      {{"--listen", "127.0.0.1:9", "--forward", "127.0.0.1:9", "--scene", "zero_delay"}, "is the address of --listen"},
   };
   for (const Case& one : cases) {
     std::vector<std::string> command{FARHAND_NETEM};

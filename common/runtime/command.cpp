@@ -123,7 +123,10 @@ void Command::count(const char* name, int& value, int min, int max, const char* 
   add_ranged(*app_, name, value, min, max, meaning);
 }
 void Command::seed(const char* name, std::optional<std::uint64_t>& value, const char* meaning) {
-  app_->add_option(name, value, meaning);
+  // Else -1 would be the largest number that there is.
+  app_->add_option(name, value, meaning)->check([](const std::string& given) {
+    return given.starts_with('-') ? given + " is not allowed; give a whole number from 0" : std::string();
+  });
 }
 void Command::flag(const char* name, bool& value, const char* meaning) { app_->add_flag(name, value, meaning); }
 

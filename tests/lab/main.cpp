@@ -13,6 +13,7 @@
 #include "common/record/report.hpp"
 #include "common/record/summary.hpp"
 #include "common/runtime/program.hpp"
+#include "slave/emulator_params.hpp"
 #include "tests/lab/compare_command.hpp"
 #include "tests/lab/endure_command.hpp"
 #include "tests/lab/explain_command.hpp"
@@ -98,12 +99,16 @@ int check(const std::vector<std::string>& files) {
   for (const std::string& file : files) {
     try {
       const LoadedScene loaded = load_scene(file);
+      if (loaded.scene.slave().device() == scene::SERIES_ELASTIC) emulator_params(loaded.scene);
       for (const std::string& warning : loaded.warnings) std::cerr << loaded.path << ": warning: " << warning << '\n';
       std::cout << loaded.path << ": ok"
                 << (loaded.warnings.empty() ? "" : ", " + std::to_string(loaded.warnings.size()) + " to think about")
                 << '\n';
     } catch (const ConfigError& error) {
       std::cerr << error.what() << '\n';
+      code = kExitUsage;
+    } catch (const std::invalid_argument& error) {
+      std::cerr << file << ": " << error.what() << '\n';
       code = kExitUsage;
     }
   }
