@@ -1,7 +1,7 @@
 // What an axis that takes a torque may do to the person in it, bounded by what is known now and not by what was
 // delivered: power is known 16 ms late, and 2 W are passed in 40 ms.
 //
-//   a <= k_B (v_allow - v),   v_allow = min( v_max, P / (tau + 0.05 N m), v_end(way) )
+//   a <= k_B (v_allow - v),   v_allow = min( v_max, P / (tau + 0.07 N m), v_end(way) )
 //
 // and alike downwards. tau: the torque against that direction, the larger of what acts, of what will act if it grows on
 // for 1.5/k_B, and of what was given. Towards the power of a hand the bound is above this by what the torque grows in
@@ -96,7 +96,7 @@ class PersonBound {
   static constexpr double kMostAhead = 5e-3;  // s, 1/g_dis of the default scenes
   static constexpr double kEnd = 25.0;        // 1/s
   static constexpr double kSlowing = 100.0;   // rad/s2
-  static constexpr double kAlways = 0.05;     // N m
+  static constexpr double kAlways = 0.07;     // N m
   PersonBoundParams p_;
   double J_n_, K_f_, ahead_;  // ahead_: rad/s2 per N m of growth
   LowPass<N> f_slow_;
