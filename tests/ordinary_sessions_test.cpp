@@ -324,9 +324,9 @@ TEST(OrdinarySessions, NearTheLimitsFollowToAMilliradianAndOnePercent) {
   }
 }
 
-// Exercise of the hand that comes near the power limit of 2 W: eight sines of 1.35 Hz, each wider than the last, and then
-// the widest for 9 s. The same without a limit of power is what they are to follow. Behind an MCU they do so up to 1.5 W;
-// what 1.8 W lose there and on a direct drive is told here.
+// Exercise of the hand that comes near the power limit of 2 W: eight sines of 1.35 Hz, each wider than the last, and
+// then the widest for 9 s. The same without a limit of power is what they are to follow. Behind an MCU they do so up
+// to 1.5 W; what 1.8 W lose there and on a direct drive is told here.
 TEST(OrdinarySessions, ExerciseNearThePowerLimitFollowsTheRunWithoutIt) {
   struct Exercise {
     const char *scene, *stiffness;
