@@ -286,7 +286,7 @@ TEST(RogueLetGo, IsWhatTheSimulatedWorldsDo) {
     BodyState from;
     for (int k = 0; k < 1000; ++k) {
       const double t = k / box.mcu.loop_hz;
-      emulator.joint_encoder().frozen = frozen_from_s >= 0 && t >= frozen_from_s && t < frozen_from_s + kFrozen;
+      emulator.joint_encoder().frozen = frozen(frozen_from_s, t);
       std::uint8_t wire[mcu::kWireBytes];
       emulator.tick(wire);
       const auto now = emulator.world().truth();
@@ -313,8 +313,7 @@ TEST(RogueLetGo, IsWhatTheSimulatedWorldsDo) {
                                .spring = w.actuator.spring,
                                .velocity_cutoff = box.mcu.g_v,
                                .fastest = mcu::kFastest * box.mcu.velocity_limit,
-                               .frozen_from_s = frozen_from_s,
-                               .frozen_s = kFrozen},
+                               .frozen_from_s = frozen_from_s},
                               from);
     EXPECT_NEAR(then.speed, speed_of_core, 0.03 * speed_of_core) << frozen_from_s;
     EXPECT_NEAR(then.power, power_of_core, 0.05 * power_of_core + 1e-3) << frozen_from_s;

@@ -10,6 +10,7 @@
 #include "common/scene/engagement.hpp"
 #include "common/scene/homing.hpp"
 #include "common/scene/identifying_params.hpp"
+#include "common/signal/motion.hpp"
 #include "common/signal/torque_hold.hpp"
 
 namespace farhand {
@@ -68,6 +69,16 @@ struct Scale {
   double position = 1.0;  // angle of the slave per angle of the master
   double force = 1.0;     // torque at the master per torque at the slave
   bool any() const noexcept { return position != 1.0 || force != 1.0; }
+
+  // A motion of the peer in the leader's size, and one of the leader in that of the peer.
+  template <int N>
+  Motion<N> to_own(const Motion<N>& peer) const noexcept {
+    return any() ? Motion<N>{peer.x / position, peer.v / position, peer.f * force} : peer;
+  }
+  template <int N>
+  Motion<N> to_peer(const Motion<N>& own) const noexcept {
+    return any() ? Motion<N>{own.x * position, own.v * position, own.f / force} : own;
+  }
 };
 
 struct StationParams {

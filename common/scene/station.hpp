@@ -7,7 +7,6 @@
 #pragma once
 
 #include <algorithm>
-#include <limits>
 
 #include "common/control/intake.hpp"
 #include "common/link/receiver.hpp"
@@ -18,7 +17,9 @@
 #include "common/scene/four_channel.hpp"
 #include "common/scene/identifying.hpp"
 #include "common/scene/last_word.hpp"
+#include "common/scene/led_gates.hpp"
 #include "common/scene/missed_ticks.hpp"
+#include "common/scene/network_meter.hpp"
 #include "common/scene/passive_scenes.hpp"
 #include "common/scene/patient_guard.hpp"
 #include "common/scene/tick_trace.hpp"
@@ -55,7 +56,7 @@ class Station {
         peer_ticks_(p.scene.drive.dt_s),
         last_word_(p.scene.drive.dt_s, p.intake.wave > 0.0),
         blend_(p.blend_s, p.align_speed),
-        scaled_(p.scale.any()) {
+        network_(p.scene.drive.dt_s) {
     if (p.role == Role::kFollower) {
       guard_.emplace(p.guard, p.scene.drive);
     } else {
@@ -93,32 +94,14 @@ class Station {
     return (trace_.local.x >= gate.range_min - room && trace_.local.x <= gate.range_max + room).all();
   }
 
-  // Its range and torque are not those of work: where the range is, is yet to be found.
-  GateParams homing_gate() const noexcept {
-    const DriveParams& drive = params_.scene.drive;
-    GateParams gate = drive.gate;
-    gate.torque = std::min(gate.torque, 2 * params_.homing.torque + drive.model.gravity + drive.model.coulomb);
-    gate.velocity = 2 * params_.homing.speed;
-    gate.range_min = -std::numeric_limits<double>::infinity();
-    gate.range_max = std::numeric_limits<double>::infinity();
-    return gate;
-  }
-
   // For scenes that choose by it.
   void measure_network(int ticks) noexcept {
     if constexpr (kChooses) {
-      const ReceiverCounters& counters = receiver_.counters();
-      const double missed = static_cast<double>(counters.lost + counters.late - missed_),
-                   taken = static_cast<double>(counters.received - taken_);
-      missed_ = counters.lost + counters.late;
-      taken_ = counters.received;
+      network_.step(receiver_.counters(), ticks, after_gap_.settled());
       trace_.chosen = scene_.chosen();
       if (!after_gap_.settled()) return;
-      const double share = std::min(1.0, dt_s_ * ticks);  // over a second
-      missing_ += share * (missed / (dt_s_ * ticks) - missing_);
-      coming_ += share * (taken / (dt_s_ * ticks) - coming_);
       scene_.network({.round_trip = to_seconds(trace_.rtt > 0 ? trace_.rtt + 2 * trace_.playout_depth : 0),
-                      .loss = missing_ > 0.0 ? missing_ / (missing_ + coming_) : 0.0},
+                      .loss = network_.loss()},
                      ticks);
       trace_.chosen = scene_.chosen();
     }
@@ -135,12 +118,6 @@ class Station {
                    .engaged = trace_.state == StationState::kEngaged,
                    .ticks = ticks});
     }
-  }
-
-  GateParams identifying_gate() const noexcept {
-    GateParams gate = params_.scene.drive.gate;
-    gate.torque = std::min(gate.torque, params_.identifying.torque + params_.scene.drive.model.gravity);
-    return gate;
   }
 
   // Of the motion to follow, what is left after a gap. A hand is damped meanwhile; the therapist does not feel it.
@@ -215,7 +192,7 @@ class Station {
 
   void begin_homing() noexcept {
     homing_.begin(trace_.local.x[0]);
-    scene_.drive.limit(homing_gate());
+    scene_.drive.limit(homing_gate(params_));
   }
 
   void end_homing() noexcept {
@@ -229,7 +206,7 @@ class Station {
 
   void begin_identifying() noexcept {
     identifying_->begin(trace_.local.x[0]);
-    scene_.drive.limit(identifying_gate());
+    scene_.drive.limit(identifying_gate(params_));
   }
 
   void end_identifying() noexcept {
@@ -273,17 +250,6 @@ class Station {
     return engaging && (far || against);
   }
 
-  Motion<N> in_own_size(const Motion<N>& peer) const noexcept {
-    if (!scaled_) return peer;
-    const auto [position, force] = params_.scale;
-    return {peer.x / position, peer.v / position, peer.f * force};
-  }
-  Motion<N> in_size_of_peer(const Motion<N>& own) const noexcept {
-    if (!scaled_) return own;
-    const auto [position, force] = params_.scale;
-    return {own.x * position, own.v * position, own.f / force};
-  }
-
   void fill(Packet<N>& packet, Nanoseconds now) noexcept {
     packet.session = params_.session;
     packet.seq = ++seq_;
@@ -293,9 +259,9 @@ class Station {
     packet.state = trace_.state;
     packet.limits = trace_.limits;
     if constexpr (requires { scene_.outgoing(trace_.local); }) {
-      packet.motion = in_size_of_peer(scene_.outgoing(trace_.local));
+      packet.motion = params_.scale.to_peer(scene_.outgoing(trace_.local));
     } else {
-      packet.motion = in_size_of_peer(trace_.local);
+      packet.motion = params_.scale.to_peer(trace_.local);
     }
     if constexpr (kKeepsAccount) packet.energy = scene_.energy_sent() * params_.scale.position / params_.scale.force;
   }
@@ -314,6 +280,7 @@ class Station {
   LastWord<N> last_word_;
   Nanoseconds shown_ = 0;  // content time, on the peer's clock
   Blend<N> blend_;
+  NetworkMeter network_;
   std::optional<PatientGuard<N>> guard_;  // the follower's only
   std::optional<AxisWatch<N>> watch_;     // the leader's; the guard has its own
   GuardVerdict verdict_;
@@ -326,10 +293,7 @@ class Station {
   bool was_usable_ = false;
   int gap_ = 0;  // ticks in which a gap of the network still counts
   bool changed_ = false;
-  double spared_ = 0.0;                   // the leader's only, share of the ticks
-  std::uint64_t missed_ = 0, taken_ = 0;  // packets, when the network was measured last
-  double missing_ = 0.0, coming_ = 0.0;   // 1/s
-  bool scaled_;
+  double spared_ = 0.0;  // the leader's only, share of the ticks
 };
 
 template <class S>
@@ -351,7 +315,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
 
   const Played<N> played = receiver_.play(now);
   if (played.any) {
-    trace_.remote = intake_.step(in_own_size(played.motion), played.held, driven(), ticks);
+    trace_.remote = intake_.step(params_.scale.to_own(played.motion), played.held, driven(), ticks);
   } else {
     intake_.reset();
     last_word_.reset();

@@ -24,8 +24,9 @@ double bound_rate(double motor_speed_limit) {
   return std::fmin(std::fmax(36 - 0.75 * (motor_speed_limit - 4), 30), 36);
 }
 
-// N m, given ahead of what resists more and more. A faster motor winds a hand of 5 N m/rad over its power with it.
-double most_ahead(double motor_speed_limit) {
+// N m, given ahead of what resists more and more. A faster motor winds a hand of 5 N m/rad over its power with it: 0.4
+// up to 4 rad/s, 0.2 at 8; beyond that nobody measured.
+double most_given_ahead(double motor_speed_limit) {
   return std::fmin(std::fmax(0.4 - 0.05 * (motor_speed_limit - 4), 0.0), 0.4);
 }
 
@@ -120,7 +121,7 @@ McuParams make_mcu_params(const McuSettings& s) {
   const double J_k_B = s.J_n * bound_rate(s.motor_speed_limit);
   p.k_B = make_gain("J_n k_B", J_k_B * kTorquePerVelocity);
   p.k_E = make_gain("J_n k_E", 2 * J_k_B * kEndRate * kTorquePerAngle);
-  p.most_ahead_torque = rounded(most_ahead(s.motor_speed_limit) * kTorqueUnits);
+  p.most_given_ahead = rounded(most_given_ahead(s.motor_speed_limit) * kTorqueUnits);
   within("power_limit", s.power_limit, 1e-3, 1e4);
   for (int step = 0; step < kResistanceSteps; ++step) {
     const double resisting = (step + 0.5) * (1 << kResistanceShift) / kTorqueUnits;

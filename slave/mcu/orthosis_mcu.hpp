@@ -90,9 +90,9 @@ struct McuParams {
   int32_t v_limit;                          // of the joint, and of v_ref
   Gain k_B, k_E;                            // times J_n
   int32_t allowed_speed[kResistanceSteps];  // J_n k_B v_allow
-  int32_t most_ahead_torque;
-  Gain per_ramp_loop, per_stop_loop;  // 1 / ramp_loops, 1 / stop_loops: no division on an 8-bit MCU
-  int32_t allowed_step;               // of the torque that is allowed after a start, per loop
+  int32_t most_given_ahead;                 // torque
+  Gain per_ramp_loop, per_stop_loop;        // 1 / ramp_loops, 1 / stop_loops: no division on an 8-bit MCU
+  int32_t allowed_step;                     // of the torque that is allowed after a start, per loop
   uint16_t watchdog_loops, ramp_loops, loops_per_frame, overrun_limit;
   uint16_t stop_loops, release_loops, sensor_loops;
 };

@@ -243,7 +243,7 @@ void OrthosisCore<P>::look_ahead() {
   const int32_t ahead = rise + (rise >> 2);
   resists_soon_ = ahead + 2 * rise;
   given_ahead_ =
-      limited(ahead, larger(0, smaller(p().most_ahead_torque, (p().torque_limit - magnitude(tau_dis_)) >> 1)));
+      limited(ahead, larger(0, smaller(p().most_given_ahead, (p().torque_limit - magnitude(tau_dis_)) >> 1)));
 }
 
 template <class P>

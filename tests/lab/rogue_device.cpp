@@ -26,12 +26,12 @@ void WatchedPort::advance(double t_s) noexcept {
       orthosis_.send(&to_mcu_.front().byte, 1, loop);
       to_mcu_.pop_front();
     }
-    const bool frozen = frozen_from_s_ >= 0 && at >= frozen_from_s_ && at < frozen_from_s_ + kFrozen;
-    emulator.joint_encoder().frozen = frozen;
+    const bool stands = frozen(frozen_from_s_, at);
+    emulator.joint_encoder().frozen = stands;
     orthosis_.advance(loop);
     if (!see_) continue;
     const SeriesElasticWorld::Truth world = emulator.world().truth();
-    if (!frozen) shown_ = world.x;
+    if (!stands) shown_ = world.x;
     const double commanded = mcu::to_nm(emulator.core().torque_command());
     // An MCU that let go by itself drives nobody, whatever its station was told.
     since_torque_ = commanded != 0 ? 0 : since_torque_ + 1;

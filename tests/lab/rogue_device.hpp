@@ -13,8 +13,6 @@
 
 namespace farhand::rogue {
 
-inline constexpr double kFrozen = 5e-3;  // s, for which an encoder stands
-
 template <class World>
 class WatchedAxis {
  public:
@@ -25,8 +23,7 @@ class WatchedAxis {
 
   Io::Sensed read(double t_s) noexcept {
     Io::Sensed sensed = axis_.read(t_s);
-    const bool frozen = frozen_from_s_ >= 0 && t_s >= frozen_from_s_ && t_s < frozen_from_s_ + kFrozen;
-    if (!frozen) shown_ = sensed.x[0];
+    if (!frozen(frozen_from_s_, t_s)) shown_ = sensed.x[0];
     sensed.x[0] = shown_;
     return sensed;
   }

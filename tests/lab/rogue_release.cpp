@@ -19,7 +19,7 @@ BodyState rate(const Body& b, const BodyState& s) noexcept {
           .v = a,
           .motor_x = s.motor_v,
           .motor_v = 2 * std::numbers::pi * b.motor_hz * (wanted - s.motor_v),
-          .x_shown = b.frozen(s.t_s) ? 0 : s.v,
+          .x_shown = frozen(b.frozen_from_s, s.t_s) ? 0 : s.v,
           .x_slow = v,
           .t_s = 1};
 }
@@ -48,7 +48,7 @@ double Body::followed(const BodyState& s) const noexcept {
 LetGo let_go(const Body& body, BodyState s) noexcept {
   LetGo most;
   for (double t = 0; t < kWatched; t += kStep) {
-    if (!body.frozen(s.t_s)) s.x_shown = s.x;
+    if (!frozen(body.frozen_from_s, s.t_s)) s.x_shown = s.x;
     if (body.velocity_cutoff > 0) s.x_slow = s.x_shown - body.followed(s) / body.velocity_cutoff;
     const BodyState a = rate(body, s), b = rate(body, moved(s, a, kStep / 2)), c = rate(body, moved(s, b, kStep / 2)),
                     d = rate(body, moved(s, c, kStep));

@@ -4,6 +4,11 @@
 
 namespace farhand::rogue {
 
+inline constexpr double kFrozen = 5e-3;  // s, for which an encoder stands
+inline bool frozen(double from_s, double t_s) noexcept {
+  return from_s >= 0 && t_s >= from_s && t_s < from_s + kFrozen;
+}
+
 struct BodyState {
   double x = 0, v = 0, motor_x = 0, motor_v = 0;
   double x_shown = 0;  // by the joint's encoder: x, but while it stands
@@ -19,13 +24,10 @@ struct Body {
   double stop = 0.5236;  // rad, both ways
   double spring = 0;     // N m/rad, behind an MCU; 0: a direct drive
   double motor_hz = 30, motor_limit = 4, spring_gain = 10;
-  double velocity_cutoff = 0;               // rad/s, of the joint's velocity that the motor follows; 0: as it is
-  double fastest = 1e9;                     // rad/s, that it follows
-  double frozen_from_s = -1, frozen_s = 0;  // the joint's encoder stands; < 0: never
+  double velocity_cutoff = 0;  // rad/s, of the joint's velocity that the motor follows; 0: as it is
+  double fastest = 1e9;        // rad/s, that it follows
+  double frozen_from_s = -1;   // the joint's encoder stands; < 0: never
 
-  bool frozen(double t_s) const noexcept {
-    return frozen_from_s >= 0 && t_s >= frozen_from_s && t_s < frozen_from_s + frozen_s;
-  }
   double followed(const BodyState& s) const noexcept;
   double reaction(double x, double v) const noexcept;  // without the person's inertia
 };

@@ -161,8 +161,7 @@ Allowed allowed_of(const scene::Scene& scene, const Cell& cell, const Plan& plan
             .spring_gain = scene.slave().mcu().spring_gain_per_s(),
             .velocity_cutoff = scene.slave().mcu().g_v_rad_s(),
             .fastest = mcu::kFastest * a.speed,
-            .frozen_from_s = plan.world.frozen_from_s,
-            .frozen_s = kFrozen};
+            .frozen_from_s = plan.world.frozen_from_s};
   return a;
 }
 

@@ -35,7 +35,7 @@ void print_constants() {
   print_all(p.joint, p.motor, p.spring, p.velocity_filter, p.per_second, p.most_ahead, p.observer_filter, p.inertia,
             p.viscous, p.K_p, p.K_d, p.K_f, p.spring_gain, p.per_loop, p.angle_telemetry, p.torque_telemetry,
             p.torque_limit, p.torque_step, p.spring_fault, p.sensor_unit, p.sensor_apart, p.motor_speed_limit, p.x_step,
-            p.v_step, p.f_step, p.x_min, p.x_max, p.v_limit, p.k_B, p.k_E, p.allowed_speed, p.most_ahead_torque,
+            p.v_step, p.f_step, p.x_min, p.x_max, p.v_limit, p.k_B, p.k_E, p.allowed_speed, p.most_given_ahead,
             p.per_ramp_loop, p.per_stop_loop, p.allowed_step, p.watchdog_loops, p.ramp_loops, p.loops_per_frame,
             p.overrun_limit, p.stop_loops, p.release_loops, p.sensor_loops);
   const Gain duty = duty_per_velocity(settings);
