@@ -130,6 +130,13 @@ void Command::seed(const char* name, std::optional<std::uint64_t>& value, const 
 }
 void Command::flag(const char* name, bool& value, const char* meaning) { app_->add_flag(name, value, meaning); }
 
+void Command::alone(const char* name) {
+  CLI::Option* option = app_->get_option(name);
+  for (CLI::Option* other : app_->get_options()) {
+    if (other != option && other != app_->get_help_ptr()) option->excludes(other);
+  }
+}
+
 void Command::epilogue(const std::string& text) { app_->footer(text); }
 
 bool Command::given() const { return app_->parsed(); }

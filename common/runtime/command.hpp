@@ -42,6 +42,9 @@ class Command {
   // "!--no-thing" clears the value.
   void flag(const char* name, bool& value, const char* meaning);
 
+  // This option, declared before, takes no other of its command into account: with another it is refused.
+  void alone(const char* name);
+
   // Stands below the options in --help.
   void epilogue(const std::string& text);
 

@@ -27,6 +27,7 @@ Command add_rogue(Command program, RogueChoice& choice) {
   command.count("--threads", choice.threads, 0, 1024, "0: one per core; the results are the same for any number");
   command.output("--json", choice.json, "results as JSON (- is standard output)");
   command.output("--report", choice.report, "results as one HTML file (- is standard output)");
+  command.alone("--replay");
   return command;
 }
 
@@ -55,7 +56,7 @@ int run_rogue(const RogueChoice& choice) {
   out << rogue::text_of(results) << "  " << budget.sessions << " sessions in each cell, seed " << budget.seed << ", "
       << std::setprecision(3) << wall_s << " s on " << budget.threads << " threads\n";
   const std::string rows = rogue::rows_of(results, 1.0);
-  if (!rows.empty()) out << "  Rows across a line, to be replayed:\n" << rows;
+  if (!rows.empty()) out << "  The worst row across each line of each cell, to be replayed:\n" << rows;
   write_to(choice.json, [&](std::ostream& to) { to << rogue::json_of(results, budget); });
   write_to(choice.report, [&](std::ostream& to) { to << rogue::html_of(results, budget); });
   return rows.empty() ? kExitOk : kExitVerdictFailed;
