@@ -102,8 +102,7 @@ class ClockDrift {
         {"playout_median_ms", 1e3 * kTick},
         {"jitter_ms", 1e-6},  // a constant delay has none; rounding remains
         // Play-out looks back over 4 s and so trails the clock by 0.4 ms on the mean: of jitter that reaches from -20
-        // to
-        // +20 ms, that much more is late.
+        // to +20 ms, that much more is late.
         {"late", 0.4 / 40},
     };
     const auto found = resolutions.find(key);

@@ -1,6 +1,7 @@
-"""The house scripts: check_rooms finds each kind of violation, install asks apt-get for what is missing and for nothing else."""
+"""The house scripts: check_rooms finds each kind of violation, format leaves comments alone, install asks apt-get for what is missing and for nothing else."""
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -65,6 +66,34 @@ class CheckRooms(unittest.TestCase):
 
     def test_a_new_room_needs_arrows(self):
         self.assert_refused("common/novel/a.hpp", '#include "common/signal/a.hpp"\n', 1, "no arrows yet")
+
+
+class Format(unittest.TestCase):
+    EQUATIONS = "//   a = b     (1)\n//   c = d + e     (2)\n// f\n"
+
+    def format(self, text, *options):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            (root / "scripts").mkdir()
+            for name in ("scripts/format", ".clang-format"):
+                shutil.copy(SCRIPTS.parent / name, root / name)
+            for room in ("common", "master", "slave", "netem", "tests"):
+                (root / room).mkdir()
+            file = root / "common/a.hpp"
+            file.write_text(text)
+            done = subprocess.run([root / "scripts/format", *options], capture_output=True, text=True, check=False)
+            return done, file.read_text()
+
+    def test_leaves_equations_and_tables_as_they_are_written(self):
+        done, after = self.format(self.EQUATIONS + "int  a;\n")
+        self.assertEqual((done.returncode, after), (0, self.EQUATIONS + "int a;\n"), done.stderr)
+
+    def test_names_a_comment_that_is_too_wide(self):
+        for wide in ("// " + "a" * 118 + "\n", "int a;  // " + "a" * 120 + "\n"):
+            done, after = self.format(self.EQUATIONS + wide, "--check")
+            self.assertEqual((done.returncode, after), (1, self.EQUATIONS + wide))
+            self.assertIn("common/a.hpp:4:", done.stdout)
+            self.assertIn("120 columns", done.stderr)
 
 
 class Install(unittest.TestCase):

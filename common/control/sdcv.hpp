@@ -1,7 +1,6 @@
 // Scaling-down compensation value: full CDOB compensation in free motion, none in contact.
 //
-//   alpha = 1 for |f_s| <= f_1, 0 for |f_s| >= f_2, linear in between          (Daud 2011, 5.17, printed without the
-//   modulus)
+//   alpha = 1 for |f_s| <= f_1, 0 for |f_s| >= f_2, linear in between      (Daud 2011, 5.17; there without the modulus)
 //
 // Compensation buys operability in free motion and costs force in contact; f_1 is the friction of the slave, f_2
 // belongs to the patient. Unfiltered, alpha limit-cycles between f_1 and f_2, because releasing the compensation

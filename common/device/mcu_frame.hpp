@@ -11,8 +11,7 @@ namespace mcu {
 enum : uint8_t { kPayloadBytes = 6, kDecodedBytes = 8, kWireBytes = 10 };
 
 // Scales. Those of the command are powers of two, so that the MCU converts by shifting. A 14-bit reference then spans
-// +-1 rad,
-// +-8 rad/s and +-4 N m; telemetry spans +-3.27 rad and +-3.27 N m.
+// +-1 rad, +-8 rad/s and +-4 N m; telemetry spans +-3.27 rad and +-3.27 N m.
 constexpr int32_t kXRefCountsPerRad = 8192;          // 0.122 mrad
 constexpr int32_t kVRefCountsPerRadPerS = 1024;      // 0.977 mrad/s
 constexpr int32_t kFRefCountsPerNm = 2048;           // 0.488 mN m

@@ -1,8 +1,10 @@
 // Which moment of the sender is shown now? Content time = now - offset, with one slowly moving offset, so that
 // irregular arrival turns into a constant delay and the shown velocity stays that of the sender.
 //
-//   transit e = (first tick at which a packet can be shown) - (its send stamp)      clock offset included: clocks are
-//   never compared offset  -> upper end of e,   base -> lower end of e,   depth = offset - base
+//   transit e = (first tick at which a packet can be shown) - (its send stamp)
+//   offset -> upper end of e,   base -> lower end of e,   depth = offset - base
+//
+// The two clocks are never compared: e contains their difference.
 //
 // e counts from ticks and not from arrivals, because content is only ever asked for at ticks: two stations with equal
 // periods then play each packet exactly, whatever the phase between their ticks.

@@ -6,8 +6,8 @@
 namespace farhand {
 
 // Sign convention of the whole project: J a = tau - f. A reaction f that resists positive motion is positive, so the
-// therapist pushing in + shows as f_m < 0, the slave pressing in + on the hand as f_s > 0, and the ideal is f_m + f_s =
-// 0.
+// therapist pushing in + shows as f_m < 0, the slave pressing in + on the hand as f_s > 0, and the ideal is
+// f_m + f_s = 0.
 template <int N>
 struct Motion {
   Joints<N> x = Joints<N>::Zero();  // position, rad
