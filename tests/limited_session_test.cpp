@@ -167,6 +167,42 @@ TEST_P(OnEitherDevice, Power) {
   }
 }
 
+// Exercise into hands of any stiffness, under limits of power that it reaches in every turn: the hand comes back at the
+// speed at which it does without a limit, and nothing leaves it within a tick.
+TEST(LimitedExercise, NobodyIsLetGoByACountOfTheEncoder) {
+  const auto run = [](const char* stiffness, const std::string& power) {
+    const std::vector<std::string> sets = {
+        "duration_s=20",
+        "master.therapist={grip: FIRM intended {duration_s: 2} "
+        "intended {duration_s: 17 sine_amplitude_rad: 0.34 sine_frequency_hz: 1}}",
+        std::string("slave.hand={stiffness_nm_per_rad: ") + stiffness + "}",
+        "network={forward {delay_s: 0.02 distribution: CONSTANT} backward {delay_s: 0.02 distribution: CONSTANT}}",
+        "windows={free {from_s: 4 until_s: 8} contact {from_s: 10 until_s: 20}}",
+        "slave.limits.power_w=" + power};
+    return simulate(load_scene("four_channel_mediated", sets));
+  };
+  const auto back = [](const Session& session) {  // rad/s
+    double most = 0;
+    for (const StationSample& row : session.slave) {
+      if (row.true_v_rad_s * row.true_f_nm < 0) most = std::max(most, std::abs(row.true_v_rad_s));
+    }
+    return most;
+  };
+  for (const char* stiffness : {"5", "10", "15", "20"}) {
+    const double without = back(run(stiffness, "1000"));
+    for (const char* power : {"0.3", "0.5", "0.7"}) {
+      const Session session = run(stiffness, power);
+      double fell = 0;
+      for (std::size_t k = 3000; k < session.slave.size(); ++k)
+        fell = std::max(fell, std::abs(session.slave[k].command_nm - session.slave[k - 1].command_nm));
+      std::printf("%s N m/rad, %s W: back at %.2f rad/s (%.2f without a limit), command by %.2f N m in a tick\n",
+                  stiffness, power, back(session), without, fell);
+      EXPECT_LE(back(session), 1.25 * without) << stiffness << " N m/rad, " << power << " W";
+      EXPECT_LE(fell, 0.3) << stiffness << " N m/rad, " << power << " W";
+    }
+  }
+}
+
 // Warns, holds, lets the hand go.
 TEST_P(OnEitherDevice, EnergyWarmthAndTimeHoldThenLetGo) {
   for (const auto& [what, sets] :

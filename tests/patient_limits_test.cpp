@@ -246,19 +246,41 @@ TEST(DoseLimits, SoftStartIsARampFromNothing) {
   }
 }
 
-TEST(DoseLimits, PowerLowersTheGainAtOnceAndGivesItBackSlowly) {
+TEST(DoseLimits, PowerLowersTheGainAndGivesItBackSlowly) {
   DoseLimits limits({.power_w = 2, .energy_j = 1e9, .soft_start_s = 0.5}, kDt);
   for (int k = 0; k < 600; ++k) limits.step({.driven = true});
-  const auto at = [&](double power) { return limits.step({.power_w = power, .driven = true}); };
-  EXPECT_EQ(at(1.79).warnings, 0u);
-  const LimitVerdict near = at(1.8);
+  const auto at = [&](double power, int ticks) {
+    for (int k = 1; k < ticks; ++k) limits.step({.power_w = power, .driven = true});
+    return limits.step({.power_w = power, .driven = true});
+  };
+  EXPECT_EQ(at(1.79, 400).warnings, 0u);
+  const LimitVerdict near = at(1.8, 400);
   EXPECT_EQ(near.warnings, static_cast<std::uint32_t>(kLimitPower));
   EXPECT_EQ(near.limits, 0u);
   EXPECT_EQ(near.gain, 1.0);
-  EXPECT_NEAR(at(1.95).gain, 0.5, 1e-9);
-  EXPECT_EQ(at(2.0).gain, 0.0);
-  EXPECT_EQ(at(-9.0).limits, 0u);  // what the hand gives is not delivered to it
-  EXPECT_NEAR(at(0.0).gain, 2 * kDt / 0.5, 1e-12);
+  EXPECT_NEAR(at(1.95, 400).gain, 0.5, 1e-9);
+  EXPECT_NEAR(at(2.0, 400).gain, 0.0, 1e-9);
+  EXPECT_EQ(at(-9.0, 400).limits, 0u);  // what the hand gives is not delivered to it
+  at(2.0, 400);
+  // 5 % of it are gone after 1/k_B ln(1/0.95): a tick.
+  const double from = at(0.0, 1).gain;
+  EXPECT_NEAR(at(0.0, 100).gain, from + 100 * kDt / 0.5, 1e-9);
+}
+
+// From 0.89 of the limit: 1.5 times it is nothing in a tick, and too much in three.
+TEST(DoseLimits, PowerCountsByItsMeanOverTheTimeInWhichTheBoundSlowsDown) {
+  const auto after = [](double power, int ticks, int each) {
+    DoseLimits limits({.power_w = 2, .energy_j = 1e9, .soft_start_s = 0.5}, kDt);
+    LimitVerdict verdict;
+    for (int k = 0; k < 600; ++k) verdict = limits.step({.power_w = 1.78, .driven = true});
+    for (int k = 0; k < ticks; k += each) verdict = limits.step({.power_w = power, .driven = true, .ticks = each});
+    return verdict;
+  };
+  EXPECT_EQ(after(3.0, 1, 1).gain, 1.0);
+  EXPECT_EQ(after(3.0, 1, 1).limits, 0u);
+  EXPECT_EQ(after(3.0, 3, 1).gain, 0.0);
+  EXPECT_EQ(after(3.0, 3, 1).limits, static_cast<std::uint32_t>(kLimitPower));
+  EXPECT_EQ(after(3.0, 3, 3).gain, 0.0);  // missed ticks count
 }
 
 // What it scales is what the network asks for; damping and giving way stay.

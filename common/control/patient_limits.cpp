@@ -70,9 +70,9 @@ LimitVerdict DoseLimits::step(const LimitReadings& now) noexcept {
   verdict.hold = spent_ || hot_ || over_;
 
   held_s_ = verdict.hold ? held_s_ + period_s : 0.0;
-  const double share = given_w / limits_.power_w;
-  if (share >= kWarningShare) verdict.warnings |= kLimitPower;
-  const double ceiling = std::clamp((1.0 - share) / kPowerFade, 0.0, 1.0);
+  mean_w_ -= std::expm1(-kPowerMean * period_s) * (given_w - mean_w_);
+  if (given_w >= kWarningShare * limits_.power_w) verdict.warnings |= kLimitPower;
+  const double ceiling = std::clamp((1.0 - mean_w_ / limits_.power_w) / kPowerFade, 0.0, 1.0);
   if (now.driven && ceiling < 1.0) verdict.limits |= kLimitPower;
   // Let go is let go: a limit that recovers does not take the hand back, another engagement does.
   if (held_s_ > limits_.let_go_after_s) let_go_ = true;

@@ -78,6 +78,9 @@ struct LimitVerdict {
   std::uint32_t limits = 0, warnings = 0;
 };
 
+// Power is judged by its mean over 1/k_B, the time in which the bound at the person has slowed the axis down
+// (common/control/person_bound.hpp). What passes sooner is no reason to let go of a hand that is stretched: near a
+// limit of 0.5 W a single count of the encoder is a quarter of it, and took 1.4 N m off the hand within a tick.
 class DoseLimits {
  public:
   DoseLimits(const PatientLimits& limits, double dt_s) noexcept;
@@ -91,13 +94,14 @@ class DoseLimits {
 
  private:
   static constexpr double kPowerFade = 0.05;  // share of the limit
+  static constexpr double kPowerMean = 80.0;  // 1/s, k_B
   bool holds(double share, bool held, std::uint32_t bit, LimitVerdict& verdict) const noexcept;
 
   PatientLimits limits_;
   double dt_s_;
   MotorHeat heat_;
   SlidingMinute energy_;
-  double driven_s_ = 0.0, held_s_ = 0.0, gain_ = 0.0;
+  double driven_s_ = 0.0, held_s_ = 0.0, gain_ = 0.0, mean_w_ = 0.0;
   bool heat_started_ = false, hot_ = false, spent_ = false, over_ = false, let_go_ = false;
 };
 

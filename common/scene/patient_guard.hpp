@@ -6,7 +6,7 @@
 //   references
 //   speed, power, way to   less acceleration, by torque and speed now            common/control/person_bound.hpp, or
 //   the end of the range                                                         the MCU
-//   power                  lower gain: the network's share falls at once,        common/control/patient_limits.hpp
+//   power, mean of 13 ms   lower gain: the network's share falls at once,        common/control/patient_limits.hpp
 //                          comes back slowly
 //   energy in a minute     hold until below 0.9 of it, then let go               "
 //   warmth of the motor    hold until below 0.9 of it, then let go               "
