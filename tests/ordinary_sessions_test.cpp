@@ -56,10 +56,8 @@ struct Taken {
 };
 constexpr Taken kTaken[] = {{"zero_delay free sine", 1, 0.024},
                             {"zero_delay power", 0, 0.0024},
-                            {"zero_delay power", 1, 0.022},
-                            {"zero_delay power", 2, 0.0015},
-                            {"four_channel_mediated power", 2, 0.002},
-                            {"sea_four_channel_mediated power", 1, 0.018},
+                            {"zero_delay power", 1, 0.028},
+                            {"sea_four_channel_mediated power", 1, 0.017},
                             {"sea_four_channel_mediated power", 2, 0.0082},
                             {"sea_four_channel_mediated power", 3, 0.058}};
 double taken(std::string_view session, int column) {
@@ -325,16 +323,16 @@ TEST(OrdinarySessions, NearTheLimitsFollowToAMilliradianAndOnePercent) {
 }
 
 // Exercise of the hand that comes near the power limit of 2 W: eight sines of 1.35 Hz, each wider than the last, and
-// then the widest for 9 s. The same without a limit of power is what they are to follow. Behind an MCU they do so up
-// to 1.5 W; what 1.8 W lose there and on a direct drive is told here.
+// then the widest for 9 s. The same without a limit of power is what they are to follow, to 1 % of the force: on a
+// direct drive up to 1.78 W, behind an MCU, whose motor follows late, up to 1.5 W; what 1.8 W lose there is told here.
 TEST(OrdinarySessions, ExerciseNearThePowerLimitFollowsTheRunWithoutIt) {
   struct Exercise {
     const char *scene, *stiffness;
     double widest_rad, least_w, most_rad, share;  // share: of the largest force
   };
-  const std::vector<Exercise> all = {{"four_channel_mediated", "5", 0.357, 1.75, 3e-3, 0.015},
-                                     {"four_channel_mediated", "8", 0.329, 1.75, 4e-3, 0.025},
-                                     {"four_channel_mediated", "15", 0.308, 1.75, 7e-3, 0.045},
+  const std::vector<Exercise> all = {{"four_channel_mediated", "5", 0.357, 1.775, 2.4e-3, 0.01},
+                                     {"four_channel_mediated", "8", 0.329, 1.775, 2e-3, 0.01},
+                                     {"four_channel_mediated", "15", 0.308, 1.775, 1.5e-3, 0.01},
                                      {"sea_four_channel_mediated", "5", 0.34, 1.5, 1.5e-3, 0.01},
                                      {"sea_four_channel_mediated", "8", 0.316, 1.5, 1.5e-3, 0.01},
                                      {"sea_four_channel_mediated", "15", 0.31, 1.5, 1.5e-3, 0.01},

@@ -187,7 +187,7 @@ TEST(PersonBound, AccelerationAskedForEndsAtTheLimitsOfAnAxisThatDoesWhatItIsAsk
   for (int round = 0; round < 100; ++round) {
     const GateParams gate{.range_min = -draw(0.1, 1), .range_max = draw(0.1, 1), .acceleration = draw(100, 5000)};
     const PersonBoundParams p{.speed = draw(0.5, 5), .power = draw(0.5, 5)};
-    PersonBound<1> bound(p, gate, 4e-3, 250, kDt);
+    PersonBound<1> bound(p, gate, 4e-3, Cutoff::rad_s(200), 250, kDt);
     Motion<1> local;
     for (int k = 0; k < 2000; ++k) {
       local.f[0] = draw(0, 1) < 0.9 ? 0.0 : draw(-3, 3);
@@ -208,7 +208,7 @@ TEST(PersonBound, SpeedIsBoundedByPowerOverWhatResists) {
   const GateParams gate{.range_min = -10, .range_max = 10};
   const PersonBoundParams p{.speed = 4, .power = 2};
   for (const double f : {0.5, 1.0, 2.0, 3.0}) {
-    PersonBound<1> bound(p, gate, 4e-3, 250, kDt);
+    PersonBound<1> bound(p, gate, 4e-3, Cutoff::rad_s(200), 250, kDt);
     Motion<1> local;
     local.f[0] = f;
     for (int k = 0; k < 1000; ++k) {
@@ -223,7 +223,7 @@ TEST(PersonBound, SpeedIsBoundedByPowerOverWhatResists) {
 
 TEST(PersonBound, WhatIsFarFromEveryLimitPassesToTheBit) {
   Draw draw(24);
-  PersonBound<1> bound({.speed = 4, .power = 2}, {}, 4e-3, 250, kDt);
+  PersonBound<1> bound({.speed = 4, .power = 2}, {}, 4e-3, Cutoff::rad_s(200), 250, kDt);
   for (int k = 0; k < 10'000; ++k) {
     Motion<1> local;
     local.x[0] = draw(-0.2, 0.2);

@@ -36,7 +36,7 @@ class DirectDrive {
         rtob_(p.model, p.g_reac, p.dt_s),
         stuck_(p.resolution, p.stiffest_nm_per_rad / p.model.J_n, p.g_v, p.g_dis, p.dt_s),
         moving_{derivative_, dob_, rtob_, Joints<N>::Zero()},
-        bound_(p.person, p.gate, p.model.J_n, p.K.K_f, p.dt_s),
+        bound_(p.person, p.gate, p.model.J_n, p.g_dis, p.K.K_f, p.dt_s),
         gate_(p.gate, p.dt_s),
         rise_(p.dt_s / p.take_over_s),
         fall_(p.dt_s / kLetGo) {}
