@@ -9,7 +9,7 @@
 
 #include "common/control/chooser.hpp"
 #include "common/record/metrics.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 
 namespace farhand {
 namespace {

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "common/record/metrics.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 
 namespace farhand {
 namespace {

@@ -1,5 +1,5 @@
 // Sessions side by side: which are the same, by how much they differ, and what is refused.
-#include "tests/lab/compare.hpp"
+#include "netem/lab/compare.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include "common/config/json.hpp"
 #include "common/record/format.hpp"
 #include "common/record/session_file.hpp"
-#include "tests/lab/compare_report.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/compare_report.hpp"
+#include "netem/lab/simulation.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/well_formed.hpp"
 

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "tests/lab/compare.hpp"
-#include "tests/lab/compare_report.hpp"
+#include "netem/lab/compare.hpp"
+#include "netem/lab/compare_report.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/session_processes.hpp"
 #include "tests/support/well_formed.hpp"

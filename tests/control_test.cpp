@@ -12,8 +12,8 @@
 #include "common/scene/drive_law.hpp"
 #include "common/scene/four_channel.hpp"
 #include "common/signal/delay_line.hpp"
-#include "tests/bench/plain_step.hpp"
-#include "tests/lab/bare_law.hpp"
+#include "netem/lab/bare_law.hpp"
+#include "netem/lab/plain_step.hpp"
 #include "tests/support/dice.hpp"
 
 namespace farhand {

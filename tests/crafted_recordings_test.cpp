@@ -16,9 +16,9 @@
 #include "common/record/recording.hpp"
 #include "common/record/report.hpp"
 #include "common/record/summary.hpp"
-#include "tests/lab/compare.hpp"
-#include "tests/lab/compare_report.hpp"
-#include "tests/lab/identify.hpp"
+#include "netem/lab/compare.hpp"
+#include "netem/lab/compare_report.hpp"
+#include "netem/lab/identify.hpp"
 #include "tests/support/scratch_directory.hpp"
 
 namespace farhand {

@@ -5,8 +5,8 @@
 
 #include "common/config/station_params.hpp"
 #include "common/runtime/any_station.hpp"
-#include "tests/bench/station_inputs.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
+#include "netem/lab/station_inputs.hpp"
 
 namespace farhand {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 #include "tests/support/complaint.hpp"
 
 namespace farhand {

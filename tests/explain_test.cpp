@@ -6,8 +6,8 @@
 #include <cstdio>
 
 #include "common/config/json.hpp"
-#include "tests/lab/explain_text.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/explain_text.hpp"
+#include "netem/lab/simulation.hpp"
 
 namespace farhand {
 namespace {

@@ -1,11 +1,11 @@
 // The catalogue of stiff and extreme cases: a quick cut by default, all of it at night.
-#include "tests/lab/extreme.hpp"
+#include "netem/lab/extreme.hpp"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "tests/lab/extreme_report.hpp"
+#include "netem/lab/extreme_report.hpp"
 
 namespace farhand::extreme {
 namespace {

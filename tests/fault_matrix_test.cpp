@@ -1,6 +1,6 @@
 // Every row of the fault matrix, in virtual time: torque within the limit, no jump, the promised reaction times, and
 // what it takes to work again.
-#include "tests/lab/fault_matrix.hpp"
+#include "netem/lab/fault_matrix.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <set>
 
-#include "tests/lab/fault_report.hpp"
+#include "netem/lab/fault_report.hpp"
 
 namespace farhand::faults {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "common/config/load.hpp"
-#include "tests/lab/fault_rig.hpp"
+#include "netem/lab/fault_rig.hpp"
 
 namespace farhand {
 namespace {

@@ -16,7 +16,7 @@
 
 #include "common/record/metrics.hpp"
 #include "common/record/summary.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 
 namespace farhand {
 namespace {

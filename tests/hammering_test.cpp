@@ -9,7 +9,7 @@
 #include "common/analysis/bisect.hpp"
 #include "common/config/scene_loops.hpp"
 #include "common/config/schema.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 #include "tests/support/said_at_load.hpp"
 
 namespace farhand {

@@ -1,12 +1,12 @@
 // Hosts that stall, as the scene asks for: when, and what goes on meanwhile.
-#include "tests/lab/host_stalls.hpp"
+#include "netem/lab/host_stalls.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tests/lab/simulation.hpp"
-#include "tests/lab/sweep.hpp"
+#include "netem/lab/simulation.hpp"
+#include "netem/lab/sweep.hpp"
 
 namespace farhand {
 namespace {

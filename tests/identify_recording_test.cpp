@@ -9,7 +9,7 @@
 #include "common/identify/sweeps.hpp"
 #include "common/plant/world.hpp"
 #include "common/record/recording.hpp"
-#include "tests/lab/identify.hpp"
+#include "netem/lab/identify.hpp"
 #include "tests/support/identified_session.hpp"
 #include "tests/support/scratch_directory.hpp"
 

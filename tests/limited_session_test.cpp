@@ -11,7 +11,7 @@
 #include "common/link/codec.hpp"
 #include "common/record/figures.hpp"
 #include "common/runtime/any_station.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 #include "tests/support/uniform.hpp"
 
 namespace farhand {

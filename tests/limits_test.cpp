@@ -5,7 +5,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "tests/lab/limits_report.hpp"
+#include "netem/lab/limits_report.hpp"
 
 namespace farhand {
 namespace {

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "common/config/load.hpp"
-#include "tests/lab/fault_rig.hpp"
+#include "netem/lab/fault_rig.hpp"
 #include "tests/support/unwinding.hpp"
 
 namespace farhand {

@@ -4,8 +4,8 @@
 #include <cstdio>
 
 #include "common/config/world_params.hpp"
-#include "tests/lab/audited_sides.hpp"
-#include "tests/lab/endure.hpp"
+#include "netem/lab/audited_sides.hpp"
+#include "netem/lab/endure.hpp"
 #include "tests/support/alloc_counter.hpp"
 
 namespace farhand {

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "common/record/metrics.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 #include "tests/support/contact_cell.hpp"
 
 namespace farhand {

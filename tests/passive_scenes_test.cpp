@@ -12,7 +12,7 @@
 
 #include "common/link/codec.hpp"
 #include "common/record/metrics.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 #include "tests/support/contact_cell.hpp"
 
 namespace farhand {

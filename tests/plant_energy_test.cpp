@@ -9,7 +9,7 @@
 #include "common/integrate/integrator.hpp"
 #include "common/plant/axis_plant.hpp"
 #include "common/plant/series_elastic_plant.hpp"
-#include "tests/support/metered.hpp"
+#include "netem/lab/metered.hpp"
 
 namespace farhand {
 namespace {

@@ -1,5 +1,5 @@
 // The bare loop against the real stations, and what the lab says about the error of its integrators.
-#include "tests/lab/precision.hpp"
+#include "netem/lab/precision.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,10 +12,10 @@
 #include "common/integrate/rk4.hpp"
 #include "common/integrate/rosenbrock.hpp"
 #include "common/integrate/sdirk2.hpp"
-#include "tests/lab/bare_run.hpp"
-#include "tests/lab/precision_report.hpp"
-#include "tests/lab/simulation.hpp"
-#include "tests/lab/sweep.hpp"
+#include "netem/lab/bare_run.hpp"
+#include "netem/lab/precision_report.hpp"
+#include "netem/lab/simulation.hpp"
+#include "netem/lab/sweep.hpp"
 #include "tests/support/alloc_counter.hpp"
 
 namespace farhand {
@@ -288,6 +288,26 @@ TEST(Sweep, AllocatesNothingOnceItRuns) {
   const TouchCounter counter;
   run->run();
   EXPECT_EQ(counter.since(), Touched{});
+}
+
+// Built without CVODE, everything else is there, and text and report say what is missing and why.
+TEST(Precision, SaysThatItWasBuiltWithoutCvode) {
+  PrecisionSettings settings;
+  settings.runs = 1;
+  settings.quantised = settings.has_cvode = false;
+  settings.steps_per_hold = {20};
+  for (const char* name : {"four_channel_wall", "sea_friction"}) {
+    const PrecisionResult result = measure_precision(load_scene(name), settings);
+    EXPECT_FALSE(result.rows.empty());
+    for (const PrecisionRow& row : result.rows) EXPECT_EQ(name_of(row.choice.method).find("CVODE"), std::string::npos);
+    EXPECT_EQ(result.second.find("CVODE"), std::string::npos);
+    EXPECT_TRUE(std::isfinite(result.second_position.max)) << name;
+    EXPECT_LT(result.second_position.max, 1e-6) << name;
+    std::ostringstream text;
+    print_precision(result, text);
+    for (const std::string& page : {text.str(), precision_html(result), precision_json(result)})
+      EXPECT_NE(page.find("was not there when this program was built"), std::string::npos) << name;
+  }
 }
 
 // The whole scene against CVODE, both timed in turns. A ratio, and far from its limit: 1/100 is asked.

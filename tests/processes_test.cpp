@@ -9,7 +9,7 @@
 #include "common/link/packet.hpp"
 #include "common/record/merge.hpp"
 #include "common/record/metrics.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 #include "tests/support/alloc_counter.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/session_processes.hpp"

@@ -11,8 +11,8 @@
 #include "common/config/station_params.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/runtime/side_of.hpp"
+#include "netem/lab/simulation.hpp"
 #include "slave/emulator_params.hpp"
-#include "tests/lab/simulation.hpp"
 
 namespace farhand {
 namespace {

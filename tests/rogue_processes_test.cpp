@@ -18,9 +18,9 @@
 #include "common/link/codec.hpp"
 #include "common/runtime/run_loop.hpp"
 #include "common/secure/pairing_key.hpp"
-#include "tests/lab/rogue_link.hpp"
-#include "tests/lab/rogue_peer.hpp"
-#include "tests/lab/rogue_report.hpp"
+#include "netem/lab/rogue_link.hpp"
+#include "netem/lab/rogue_peer.hpp"
+#include "netem/lab/rogue_report.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/session_processes.hpp"
 

@@ -9,10 +9,10 @@
 #include <numbers>
 
 #include "common/plant/world.hpp"
+#include "netem/lab/rogue_device.hpp"
+#include "netem/lab/rogue_peer.hpp"
+#include "netem/lab/rogue_report.hpp"
 #include "slave/mcu/emulator.hpp"
-#include "tests/lab/rogue_device.hpp"
-#include "tests/lab/rogue_peer.hpp"
-#include "tests/lab/rogue_report.hpp"
 
 namespace farhand::rogue {
 namespace {

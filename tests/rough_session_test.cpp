@@ -14,9 +14,9 @@
 
 #include "common/record/mcap_reader.hpp"
 #include "common/scene/states.hpp"
+#include "netem/lab/unexplained_step.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/session_processes.hpp"
-#include "tests/support/unexplained_step.hpp"
 
 namespace farhand {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "tests/support/simulated_limits.hpp"
+#include "netem/lab/simulated_limits.hpp"
 
 namespace farhand {
 namespace {

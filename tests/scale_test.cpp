@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/record/metrics.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 
 namespace farhand {
 namespace {

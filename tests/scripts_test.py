@@ -45,6 +45,15 @@ class CheckRooms(unittest.TestCase):
             self.assert_refused("common/config/a.hpp", f'#include "{folder}/a.hpp"\n', 1, folder)
         self.assert_accepted("netem/a.hpp", '#include "common/link/packet.hpp"\n#include <vector>\n')
 
+    def test_the_product_includes_nothing_of_tests_and_the_lab_is_at_the_end(self):
+        for file in ("master/main.cpp", "slave/main.cpp", "netem/main.cpp", "netem/lab/main.cpp"):
+            self.assert_refused(file, '#include "tests/support/a.hpp"\n', 1, "tests/support/a.hpp")
+            self.assert_accepted(file, '#include "common/link/packet.hpp"\n')
+        for file in ("master/main.cpp", "slave/mcu/emulator.cpp", "netem/shim.cpp"):
+            self.assert_refused(file, '#include "netem/lab/simulation.hpp"\n', 1, "netem/lab/simulation.hpp")
+        self.assert_accepted("netem/lab/a.cpp", '#include "slave/mcu/emulator.hpp"\n#include "netem/lab/simulation.hpp"\n')
+        self.assert_accepted("tests/a_test.cpp", '#include "netem/lab/simulation.hpp"\n#include "tests/support/dice.hpp"\n')
+
     def test_headers_banned_inside_a_tick(self):
         for header in ("chrono", "functional", "iostream", "map", "memory", "mutex", "string", "thread", "vector"):
             for file in ("common/signal/a.hpp", "common/scene/a.cpp", "common/link/receiver.hpp"):
@@ -97,7 +106,7 @@ class Format(unittest.TestCase):
 
 
 class Install(unittest.TestCase):
-    def install(self, installed, apt_exit=0, tools=("npm",)):
+    def install(self, installed, *options, apt_exit=0, tools=("npm",)):
         with tempfile.TemporaryDirectory() as folder:
             log = pathlib.Path(folder) / "log"
             log.touch()
@@ -114,17 +123,28 @@ class Install(unittest.TestCase):
                 path = pathlib.Path(folder) / name
                 path.write_text(f"#!/bin/sh\n{body}\n")
                 path.chmod(0o755)
-            done = subprocess.run([SCRIPTS / "install"], env={"PATH": folder}, capture_output=True, text=True, check=False,
+            done = subprocess.run([SCRIPTS / "install", *options], env={"PATH": folder}, capture_output=True, text=True, check=False,
                                   stdin=subprocess.DEVNULL)
             return done, log.read_text()
 
-    def packages(self):
-        lines = (SCRIPTS / "packages.txt").read_text().splitlines()
-        return [name for name in (line.split("#")[0].strip() for line in lines) if name]
+    def packages(self, tests=True):
+        lines = [line.split("#")[0].split() for line in (SCRIPTS / "packages.txt").read_text().splitlines()]
+        self.assertTrue(all(line[1:] in ([], ["tests"]) for line in lines if line), lines)
+        return [line[0] for line in lines if line and (tests or len(line) == 1)]
 
     def test_does_nothing_when_all_is_there(self):
-        done, asked = self.install(self.packages())
+        for options in ((), ("tests",)):
+            done, asked = self.install(self.packages(), *options)
+            self.assertEqual((done.returncode, done.stdout, asked), (0, "", ""), done.stderr)
+
+    def test_a_session_needs_nothing_that_only_tests_need(self):
+        product = self.packages(tests=False)
+        self.assertTrue({"libgtest-dev", "libsundials-dev"}.isdisjoint(product), product)
+        done, asked = self.install(product, tools=())
         self.assertEqual((done.returncode, done.stdout, asked), (0, "", ""), done.stderr)
+        done, asked = self.install(product, "tests")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("libgtest-dev", asked)
 
     def test_installs_only_what_is_missing_and_says_so(self):
         done, asked = self.install([p for p in self.packages() if p not in ("g++", "ccache")])
@@ -133,7 +153,7 @@ class Install(unittest.TestCase):
         self.assertTrue(asked.splitlines()[-1].endswith("install --no-install-recommends ccache g++"), asked)
 
     def test_takes_npm_from_debian_only_if_there_is_none(self):
-        done, asked = self.install(self.packages(), tools=())
+        done, asked = self.install(self.packages(), "tests", tools=())
         self.assertIn("nodejs npm", asked)
         self.assertEqual(done.returncode, 0, done.stderr)
 
@@ -141,6 +161,9 @@ class Install(unittest.TestCase):
         done, _ = self.install([p for p in self.packages() if p != "cmake"], apt_exit=100)
         self.assertEqual(done.returncode, 1)
         self.assertIn("could not install: cmake", done.stderr)
+
+    def test_refuses_what_it_does_not_know(self):
+        self.assertEqual(self.install(self.packages(), "test")[0].returncode, 2)
 
 
 if __name__ == "__main__":

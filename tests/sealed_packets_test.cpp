@@ -8,9 +8,9 @@
 
 #include "common/link/codec.hpp"
 #include "common/secure/secure_channel.hpp"
+#include "netem/lab/sealed_pair.hpp"
 #include "netem/link_model.hpp"
 #include "tests/support/alloc_counter.hpp"
-#include "tests/support/sealed_pair.hpp"
 #include "tests/support/uniform.hpp"
 
 namespace farhand {

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "common/observer/oscillation.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 
 namespace farhand {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "common/analysis/bisect.hpp"
-#include "tests/support/simulated_limits.hpp"
+#include "netem/lab/simulated_limits.hpp"
 
 namespace farhand {
 namespace {

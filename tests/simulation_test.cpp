@@ -1,5 +1,5 @@
 // The whole session in virtual time against what theory says of it: both stations, codec, link, simulated world.
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 
 #include <gtest/gtest.h>
 

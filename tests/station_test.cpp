@@ -6,8 +6,8 @@
 #include <random>
 
 #include "common/control/four_channel.hpp"
+#include "netem/lab/unexplained_step.hpp"
 #include "tests/support/station_pair.hpp"
-#include "tests/support/unexplained_step.hpp"
 
 namespace farhand {
 namespace {

@@ -13,8 +13,8 @@
 #include "common/device/mcu_axis.hpp"
 #include "common/record/metrics.hpp"
 #include "common/runtime/side_of.hpp"
-#include "tests/lab/emulated_port.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/emulated_port.hpp"
+#include "netem/lab/simulation.hpp"
 #include "tests/support/session_metrics.hpp"
 
 namespace farhand {

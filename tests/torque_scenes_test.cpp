@@ -13,7 +13,7 @@
 #include "common/config/scene_loops.hpp"
 #include "common/control/wave.hpp"
 #include "common/record/metrics.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 #include "tests/support/session_metrics.hpp"
 
 namespace farhand {

@@ -1,6 +1,6 @@
 // Where the results of the lab's commands go: into a whole file, to standard output, or nowhere; never silently
 // elsewhere.
-#include "tests/lab/write_to.hpp"
+#include "netem/lab/write_to.hpp"
 
 #include <gtest/gtest.h>
 

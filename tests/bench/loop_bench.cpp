@@ -3,8 +3,8 @@
 #include <benchmark/benchmark.h>
 
 #include "common/config/load.hpp"
-#include "tests/lab/bare_run.hpp"
-#include "tests/lab/sweep.hpp"
+#include "netem/lab/bare_run.hpp"
+#include "netem/lab/sweep.hpp"
 
 namespace farhand {
 namespace {

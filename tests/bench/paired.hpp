@@ -8,8 +8,8 @@
 
 #include "common/config/load.hpp"
 #include "common/config/station_params.hpp"
-#include "tests/bench/station_inputs.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
+#include "netem/lab/station_inputs.hpp"
 
 namespace farhand {
 

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "common/scene/four_channel.hpp"
-#include "tests/bench/plain_step.hpp"
+#include "netem/lab/plain_step.hpp"
 
 namespace farhand {
 namespace {

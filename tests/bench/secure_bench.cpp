@@ -9,7 +9,7 @@
 
 #include "common/link/codec.hpp"
 #include "common/secure/srtp_cipher.hpp"
-#include "tests/support/sealed_pair.hpp"
+#include "netem/lab/sealed_pair.hpp"
 
 namespace farhand {
 namespace {

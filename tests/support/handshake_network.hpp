@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/secure/handshaker.hpp"
+#include "netem/lab/sealed_pair.hpp"
 #include "netem/link_model.hpp"
-#include "tests/support/sealed_pair.hpp"
 
 namespace farhand {
 

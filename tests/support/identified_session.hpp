@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/config/load.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 
 namespace farhand {
 

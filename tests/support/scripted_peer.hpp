@@ -9,7 +9,7 @@
 
 #include "common/config/load.hpp"
 #include "common/runtime/side.hpp"
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 
 namespace farhand {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/lab/simulation.hpp"
+#include "netem/lab/simulation.hpp"
 
 namespace farhand {
 

@@ -1,0 +1,23 @@
+// What the blocks inside a station cost by themselves, on what they saw in the scene's own run.
+#pragma once
+
+#include <vector>
+
+#include "common/record/sample.hpp"
+#include "common/scene/params.hpp"
+#include "netem/lab/explain.hpp"
+#include "netem/lab/station_inputs.hpp"
+
+namespace farhand {
+
+// What one side saw.
+struct BlockInputs {
+  bool master;
+  const std::vector<StationSample>& rows;
+  std::vector<Arrival> arrivals;
+};
+
+// Nothing for what is no block inside a station, or only a value in another block.
+Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& params);
+
+}  // namespace farhand

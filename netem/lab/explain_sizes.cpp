@@ -1,0 +1,107 @@
+#include "netem/lab/explain_sizes.hpp"
+
+#include "common/config/station_params.hpp"
+#include "common/control/cdob.hpp"
+#include "common/control/chooser.hpp"
+#include "common/control/energy_tank.hpp"
+#include "common/control/limits.hpp"
+#include "common/control/mediator.hpp"
+#include "common/control/passivity.hpp"
+#include "common/control/sdcv.hpp"
+#include "common/control/wave.hpp"
+#include "common/device/mcu_axis.hpp"
+#include "common/device/simulated_axis.hpp"
+#include "common/link/codec.hpp"
+#include "common/observer/rtob.hpp"
+#include "common/runtime/side_of.hpp"
+#include "common/scene/blend.hpp"
+#include "common/scene/patient_guard.hpp"
+#include "common/signal/derivative.hpp"
+#include "netem/lab/explain_link.hpp"
+#include "netem/lab/simulation.hpp"
+#include "slave/emulator_params.hpp"
+
+namespace farhand {
+namespace {
+
+template <class Axis>
+void station_sizes(const StationParams& params, std::size_t& station, std::size_t& side) {
+  station = make_station<typename Axis::Io>(params)->bytes();
+  side = station + sizeof(SideOf<Axis>);
+}
+
+std::size_t size_of(const Block& block) {
+  switch (block.id) {
+    case BlockId::kVelocity:
+      return sizeof(Derivative<1>);
+    case BlockId::kDob:
+      return sizeof(Dob<1>);
+    case BlockId::kRtob:
+      return sizeof(Rtob<1>);
+    case BlockId::kLaw:
+      return sizeof(FourChannelGains);
+    case BlockId::kCdob:
+      return sizeof(Cdob<1>);
+    case BlockId::kSdcv:
+      return sizeof(Sdcv<1>);
+    case BlockId::kMediator:
+      return sizeof(Mediator<1>);
+    case BlockId::kScale:
+      return sizeof(Scale);
+    case BlockId::kTwoChannel:
+      return sizeof(TwoChannelParams);
+    case BlockId::kWave:
+      return (block.place == Place::kMaster ? sizeof(MasterWave<1>) : sizeof(SlaveWave<1>)) + sizeof(ReceivedWave<1>);
+    case BlockId::kChooser:
+      return sizeof(Chooser);
+    case BlockId::kTank:
+      return sizeof(EnergyTank);
+    case BlockId::kPassivity:
+      return sizeof(PortPassivity);
+    case BlockId::kTorqueGate:
+      return sizeof(TorqueGate<1>);
+    case BlockId::kReferenceGate:
+      return sizeof(ReferenceGate<1>);
+    case BlockId::kBlend:
+      return sizeof(Blend<1>);
+    case BlockId::kEngagement:
+      return sizeof(Engagement);
+    case BlockId::kGuard:
+      return sizeof(PatientGuard<1>);
+    case BlockId::kReceiver:
+      return sizeof(Receiver<1>);
+    case BlockId::kCodec:
+      return sizeof(PacketCodec<1>);
+    case BlockId::kDelay:
+      return link_bytes();
+    case BlockId::kSerial:
+      return 2 * sizeof(SerialLine) + 2 * sizeof(mcu::FrameDecoder);
+    case BlockId::kMcu:
+      return sizeof(mcu::OrthosisMcu);
+    case BlockId::kHand:
+      return sizeof(Hand);
+    case BlockId::kWall:
+      return sizeof(Wall);
+    default:
+      return 0;
+  }
+}
+
+}  // namespace
+
+void add_sizes(const scene::Scene& scene, Explanation& to) {
+  for (Block& block : to.blocks) {
+    if (block.contained && block.bytes == 0) block.bytes = size_of(block);
+  }
+  station_sizes<SimulatedAxis<MasterWorld>>(master_station_params(scene, kMasterSession), to.master_station_bytes,
+                                            to.master_side_bytes);
+  const StationParams slave = slave_station_params(scene, kSlaveSession);
+  if (scene.slave().device() == scene::SERIES_ELASTIC) {
+    to.slave_station_bytes = make_station<ReferenceIo<1>>(slave)->bytes();
+    to.slave_side_bytes = to.slave_station_bytes + sizeof(OrthosisOnSerial);
+  } else {
+    station_sizes<SimulatedAxis<DirectSlaveWorld>>(slave, to.slave_station_bytes, to.slave_side_bytes);
+  }
+}
+
+}  // namespace farhand

@@ -1,0 +1,11 @@
+// Bytes of the blocks of a scene.
+#pragma once
+
+#include "netem/lab/explain.hpp"
+
+namespace farhand {
+
+// What the compiler gives each block, station and side.
+void add_sizes(const scene::Scene& scene, Explanation& explanation);
+
+}  // namespace farhand

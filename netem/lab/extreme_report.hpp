@@ -1,0 +1,14 @@
+// What the catalogue found, for machines and for readers. Nothing here depends on the wall clock or on the number of
+// threads.
+#pragma once
+
+#include "netem/lab/extreme.hpp"
+
+namespace farhand::extreme {
+
+std::string summary_text(const std::vector<Result>& results);  // a few lines for the terminal
+std::string json_of(const std::vector<Result>& results);
+std::string csv_of(const std::vector<Result>& results);
+std::string html_of(const std::vector<Result>& results);  // self-contained
+
+}  // namespace farhand::extreme
