@@ -216,6 +216,21 @@ TEST(KeptFiles, ResultsAreForTheirOwnerAndAReportMadeAgainIsASecondOne) {
   expect_private(scratch / "sessions");
 }
 
+TEST(KeptFiles, AnExperimentThatIsStoppedKeepsTheLinesThatAreComplete) {
+  ScratchDirectory scratch;
+  const std::string json = (scratch / "lines.json").string();
+  ChildProcess lab({FARHAND_LAB, "endure", "zero_delay", "--hours", "1000", "--line", "1", "--json", json});
+  for (int line = 0; line < 4; ++line) ASSERT_FALSE(lab.read_line().empty()) << lab.err();  // two of them the head
+  lab.send_signal(SIGINT);
+  EXPECT_EQ(lab.wait(), 130) << lab.err();
+  EXPECT_NE(lab.err().find("of 3600000 virtual seconds; the lines above are complete"), std::string::npos) << lab.err();
+  const std::string text = file_bytes(json);
+  std::size_t lines = 0;
+  for (std::size_t at = 0; (at = text.find("\"until_s\"", at)) != std::string::npos; ++at) ++lines;
+  EXPECT_GE(lines, 2u);
+  EXPECT_TRUE(text.ends_with("}\n")) << text;
+}
+
 TEST(KeptFiles, WhatIsReadIsNeverWrittenAndTwoResultsHaveTwoNames) {
   ScratchDirectory scratch;
   const std::string file = (scratch / "x.mcap").string(), scene = (scratch / "x.txtpb").string();

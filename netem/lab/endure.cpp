@@ -30,8 +30,14 @@ std::uint64_t resident_bytes() noexcept {
 class Hours final : public Witness {
  public:
   Hours(const Sides& sides, const Balances& balances, double tick_s, double stretch_s,
-        const std::function<void(const Stretch&)>& tell)
-      : sides_(sides), balances_(balances), tell_(tell), tick_s_(tick_s), stretch_s_(stretch_s), until_s_(stretch_s) {}
+        const std::function<void(const Stretch&)>& tell, const Workload& work)
+      : sides_(sides),
+        balances_(balances),
+        tell_(tell),
+        work_(work),
+        tick_s_(tick_s),
+        stretch_s_(stretch_s),
+        until_s_(stretch_s) {}
 
   // Both sides tick at each instant, the master first; the slave closes it.
   void ticked(bool master, const Side& side, double t_s, OperatorAct) override {
@@ -40,6 +46,10 @@ class Hours final : public Witness {
       F_m_ = -side.truth().f;
       master_engaged_ = side.trace().state == StationState::kEngaged;
       return;
+    }
+    for (; t_s >= next_second_s_; next_second_s_ += 1.0) {
+      work_.done_one();
+      work_.require_all(!work_.stopped());
     }
     ++ticks_;
     depth_ += to_seconds(side.trace().playout_depth);
@@ -100,7 +110,8 @@ class Hours final : public Witness {
   const Sides& sides_;
   const Balances& balances_;
   const std::function<void(const Stretch&)>& tell_;
-  double tick_s_, stretch_s_, until_s_;
+  const Workload& work_;
+  double tick_s_, stretch_s_, until_s_, next_second_s_ = 1.0;
   Balances before_;
   Error tracking_, force_;
   double F_m_ = 0, depth_ = 0;
@@ -124,11 +135,13 @@ LoadedScene repeated(LoadedScene loaded, double duration_s) {
   return loaded;
 }
 
-void endure(const LoadedScene& loaded, double stretch_s, const std::function<void(const Stretch&)>& tell) {
+void endure(const LoadedScene& loaded, double stretch_s, const std::function<void(const Stretch&)>& tell,
+            const Workload& work) {
   Balances balances;
   const Sides sides = make_audited_sides(loaded.scene, balances);
-  Hours hours(sides, balances, loaded.scene.tick_s(), stretch_s, tell);
-  simulate(loaded, sides, hours);
+  Hours hours(sides, balances, loaded.scene.tick_s(), stretch_s, tell, work);
+  work.each_of(static_cast<std::size_t>(loaded.scene.duration_s()), 1,
+               [&](std::size_t) { simulate(loaded, sides, hours); });
   if (hours.anything_left()) hours.close(loaded.scene.duration_s());
 }
 

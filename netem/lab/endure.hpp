@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/config/load.hpp"
+#include "netem/lab/workload.hpp"
 
 namespace farhand {
 
@@ -28,7 +29,9 @@ struct Stretch {
 // The therapist's movements again and again until duration_s; windows and the operator's acts stay as they are.
 LoadedScene repeated(LoadedScene loaded, double duration_s);
 
-// `tell` is called after each stretch, as soon as it is over. After the first tick nothing else touches the heap.
-void endure(const LoadedScene& loaded, double stretch_s, const std::function<void(const Stretch&)>& tell);
+// `tell` is called after each stretch, as soon as it is over. After the first tick nothing else touches the heap. Its
+// pieces are seconds of virtual time; throws Stopped where a signal ended them.
+void endure(const LoadedScene& loaded, double stretch_s, const std::function<void(const Stretch&)>& tell,
+            const Workload& work = 1);
 
 }  // namespace farhand

@@ -1,12 +1,10 @@
 #include "netem/lab/extreme.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <exception>
 #include <numeric>
-#include <thread>
 
 #include "common/config/schema.hpp"
 
@@ -62,19 +60,12 @@ Result result_of(const Case& c) {
 
 }  // namespace
 
-std::vector<Result> run(const std::vector<Case>& cases, int threads) {
+std::vector<Result> run(const std::vector<Case>& cases, const Workload& work) {
   std::vector<Result> results(cases.size());
   std::vector<std::size_t> order(cases.size());  // long ones first, so that no thread ends alone with one
   std::iota(order.begin(), order.end(), 0u);
   std::ranges::stable_sort(order, {}, [&](std::size_t k) { return cases[k].quick; });
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t k = next++; k < order.size(); k = next++) results[order[k]] = result_of(cases[order[k]]);
-  };
-  std::vector<std::thread> others;
-  for (int k = 1; k < threads; ++k) others.emplace_back(work);
-  work();
-  for (std::thread& other : others) other.join();
+  work.require_all(work.each(order.size(), [&](std::size_t k) { results[order[k]] = result_of(cases[order[k]]); }));
   return results;
 }
 

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "netem/lab/workload.hpp"
+
 namespace farhand::extreme {
 
 // Where a number can go bad, in the order in which numbers travel.
@@ -82,6 +84,6 @@ struct Result {
 std::string complaint(const Expected& expected, const Outcome& outcome);
 
 // In the order of `cases`, whatever the number of threads. A case that throws is refused with what it said.
-std::vector<Result> run(const std::vector<Case>& cases, int threads);
+std::vector<Result> run(const std::vector<Case>& cases, const Workload& work);
 
 }  // namespace farhand::extreme

@@ -1,10 +1,8 @@
 #include "netem/lab/fault_matrix.hpp"
 
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <thread>
 
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
@@ -234,17 +232,9 @@ const char* name_of(Remedy remedy) {
 
 Result run(const Row& row) { return Course(row).run(); }
 
-std::vector<Result> run(const std::vector<Row>& rows, int threads) {
+std::vector<Result> run(const std::vector<Row>& rows, const Workload& work) {
   std::vector<Result> results(rows.size());
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t k = next++; k < rows.size(); k = next++) results[k] = run(rows[k]);
-  };
-  {
-    std::vector<std::jthread> others;
-    for (int k = 1; k < threads; ++k) others.emplace_back(work);
-    work();
-  }
+  work.require_all(work.each(rows.size(), [&](std::size_t k) { results[k] = run(rows[k]); }));
   return results;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "netem/lab/fault_rig.hpp"
+#include "netem/lab/workload.hpp"
 
 namespace farhand::faults {
 
@@ -64,7 +65,7 @@ inline constexpr double kJumpLimit = 1e-3;
 
 std::vector<Row> rows();
 Result run(const Row& row);
-std::vector<Result> run(const std::vector<Row>& rows, int threads);  // in the order of the rows
+std::vector<Result> run(const std::vector<Row>& rows, const Workload& work);  // in the order of the rows
 std::string complaint(const Row& row, const Result& result);
 
 // What needs an operating system, and the test that does it.

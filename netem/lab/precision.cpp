@@ -121,10 +121,11 @@ std::vector<BareChoice> choices(const PrecisionSettings& settings, const std::ve
 }
 
 // Takes turns, so that a machine that is slow for a while is slow for all.
-void time_all(const scene::Scene& scene, int runs, std::vector<PrecisionRow>& rows) {
+void time_all(const scene::Scene& scene, int runs, std::vector<PrecisionRow>& rows, const Workload& work) {
   const std::int64_t ticks = ticks_of(scene);
   for (int round = 0; round < runs; ++round) {
     for (PrecisionRow& row : rows) {
+      work.require_all(!work.stopped());
       if (!row.ok()) continue;
       const auto run = make_bare_run(scene, row.choice, !row.quantised);
       const auto begin = std::chrono::steady_clock::now();
@@ -266,7 +267,7 @@ const PrecisionRow* PrecisionResult::find(const BareChoice& choice, bool quantis
   return found == rows.end() ? nullptr : &*found;
 }
 
-PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings) {
+PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings, const Workload& work) {
   const scene::Scene& scene = loaded.scene;
   const std::int64_t ticks = ticks_of(scene);
   PrecisionResult result;
@@ -316,8 +317,11 @@ PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSett
                                        : "RK4 in " + std::to_string(kFineSteps) + " steps between two inputs";
   }
 
-  for (const BareChoice& choice : choices(settings, steps_of(settings, scene, result.hold_s), result.hold_s, affine))
-    result.rows.push_back(measured(scene, choice, false, reference));
+  const std::vector<BareChoice> all =
+      choices(settings, steps_of(settings, scene, result.hold_s), result.hold_s, affine);
+  result.rows.resize(all.size());
+  work.require_all(
+      work.each(all.size(), [&](std::size_t k) { result.rows[k] = measured(scene, all[k], false, reference); }));
   keep_distinct(result.rows);
   if (!affine) {
     // Two methods that agree this well over a whole run are unlikely to be wrong together.
@@ -335,7 +339,7 @@ PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSett
     for (const int steps : settings.steps_per_hold)
       result.rows.push_back(measured(scene, {BareMethod::kRk4, result.hold_s / steps, 0}, true, quantised));
   }
-  time_all(scene, settings.runs, result.rows);
+  time_all(scene, settings.runs, result.rows, work);
   return result;
 }
 

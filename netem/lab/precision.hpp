@@ -9,6 +9,7 @@
 #include "common/config/load.hpp"
 #include "netem/lab/bare_run.hpp"
 #include "netem/lab/cvode.hpp"
+#include "netem/lab/workload.hpp"
 
 namespace farhand {
 
@@ -67,7 +68,8 @@ struct PrecisionResult {
   const PrecisionRow* find(const BareChoice& choice, bool quantised = false) const;
 };
 
-PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings);
+PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSettings& settings,
+                                  const Workload& work = 1);
 
 // Least squares of log(error) over log(step), over the finest four points that lie above their floor (10 times) and
 // below saturation: the finest, because an order is what holds in the limit. `used` are their steps, finest first.

@@ -1,11 +1,8 @@
 #include "netem/lab/rogue_search.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <stdexcept>
-#include <thread>
 
 namespace farhand::rogue {
 namespace {
@@ -133,29 +130,19 @@ CellResult search(const Cell& cell, const Trial& trial, int sessions, std::uint6
   return result;
 }
 
-std::vector<CellResult> search(const std::vector<Cell>& cells, const Budget& budget,
+std::vector<CellResult> search(const std::vector<Cell>& cells, const Budget& budget, const Workload& work,
                                const std::vector<std::string>& sets) {
   std::vector<CellResult> results(cells.size());
-  std::vector<std::exception_ptr> errors(cells.size());
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t k = next++; k < cells.size(); k = next++) {
-      try {
-        const Arena arena(cells[k], sets, budget.longer);
-        results[k] = search(
-            cells[k], [&](const Genome& genome) { return arena.run(genome); }, budget.sessions, budget.seed);
-      } catch (...) {
-        errors[k] = std::current_exception();
-      }
-    }
-  };
-  std::vector<std::jthread> threads;
-  for (int k = 1; k < budget.threads; ++k) threads.emplace_back(work);
-  work();
-  threads.clear();
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
+  const std::size_t all = cells.size() * static_cast<std::size_t>(budget.sessions);
+  work.require_all(work.each_of(all, cells.size(), [&](std::size_t k) {
+    const Arena arena(cells[k], sets, budget.longer);
+    const auto trial = [&](const Genome& genome) {
+      work.require_all(!work.stopped());
+      work.done_one();
+      return arena.run(genome);
+    };
+    results[k] = search(cells[k], trial, budget.sessions, budget.seed);
+  }));
   return results;
 }
 

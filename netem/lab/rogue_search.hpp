@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "netem/lab/rogue_session.hpp"
+#include "netem/lab/workload.hpp"
 
 namespace farhand::rogue {
 
@@ -36,14 +37,13 @@ struct CellResult {
 struct Budget {
   int sessions = 1000;  // in each cell
   std::uint64_t seed = 1;
-  int threads = 2;
   double longer = 1;  // how much longer an attack lasts
 };
 
 // What is searched is behind a function, so that a test can put something in its place whose worst is known.
 using Trial = std::function<Outcome(const Genome&)>;
 CellResult search(const Cell& cell, const Trial& trial, int sessions, std::uint64_t seed);
-std::vector<CellResult> search(const std::vector<Cell>& cells, const Budget& budget,
+std::vector<CellResult> search(const std::vector<Cell>& cells, const Budget& budget, const Workload& work,
                                const std::vector<std::string>& sets = {});
 
 // What stands in a table of rows and on the command line: the cell, a space, the genome.

@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <exception>
 #include <limits>
-#include <mutex>
-#include <thread>
 
 #include "common/config/scene_loops.hpp"
 #include "common/config/station_params.hpp"
@@ -164,39 +161,28 @@ std::unique_ptr<LockStep> make_lock_step(std::span<const scene::Scene> scenes) {
 }
 
 std::vector<SweepOutcome> sweep(std::size_t count, const std::function<scene::Scene(std::size_t)>& scene_of,
-                                int threads) {
+                                const Workload& work) {
   std::vector<SweepOutcome> outcomes(count);
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr error;
-  std::mutex error_mutex;
-  const auto work = [&] {
-    try {
-      // Fixed groups of neighbours, taken in turn.
-      for (std::size_t from; (from = LockStep::kScenes * next++) < count;) {
-        std::vector<scene::Scene> scenes;
-        for (std::size_t k = from; k < std::min(count, from + LockStep::kScenes); ++k) scenes.push_back(scene_of(k));
-        const bool lockstep = std::all_of(scenes.begin(), scenes.end(), [&](const scene::Scene& s) {
-          return LockStep::suits(s) && LockStep::together(scenes.front(), s);
-        });
-        if (lockstep) {
-          const auto run = make_lock_step(scenes);
-          run->run();
-          std::ranges::copy(run->outcomes(), outcomes.begin() + static_cast<std::ptrdiff_t>(from));
-        } else {
-          std::ranges::transform(scenes, outcomes.begin() + static_cast<std::ptrdiff_t>(from), alone);
-        }
-      }
-    } catch (...) {
-      const std::lock_guard lock(error_mutex);
-      error = std::current_exception();
-      next = count;
+  const std::size_t groups = (count + LockStep::kScenes - 1) / LockStep::kScenes;  // of neighbours
+  std::atomic<std::size_t> begun{0};
+  const bool all = work.each_of(count, groups, [&](std::size_t group) {
+    ++begun;
+    const std::size_t from = group * LockStep::kScenes;
+    std::vector<scene::Scene> scenes;
+    for (std::size_t k = from; k < std::min(count, from + LockStep::kScenes); ++k) scenes.push_back(scene_of(k));
+    const bool lockstep = std::all_of(scenes.begin(), scenes.end(), [&](const scene::Scene& s) {
+      return LockStep::suits(s) && LockStep::together(scenes.front(), s);
+    });
+    if (lockstep) {
+      const auto run = make_lock_step(scenes);
+      run->run();
+      std::ranges::copy(run->outcomes(), outcomes.begin() + static_cast<std::ptrdiff_t>(from));
+    } else {
+      std::ranges::transform(scenes, outcomes.begin() + static_cast<std::ptrdiff_t>(from), alone);
     }
-  };
-  std::vector<std::thread> others;
-  for (int k = 1; k < threads; ++k) others.emplace_back(work);
-  work();
-  for (std::thread& other : others) other.join();
-  if (error) std::rethrow_exception(error);
+    for (std::size_t k = 0; k < scenes.size(); ++k) work.done_one();
+  });
+  if (!all) outcomes.resize(std::min(count, LockStep::kScenes * begun));
   return outcomes;
 }
 

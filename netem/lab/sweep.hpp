@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "netem/lab/workload.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {
@@ -38,8 +39,9 @@ class LockStep {
 // 1 to LockStep::kScenes complete scenes that suit and go together.
 std::unique_ptr<LockStep> make_lock_step(std::span<const scene::Scene> scenes);
 
-// scene_of(k): the complete scene k of `count`; called from any thread.
+// scene_of(k): the complete scene k of `count`; called from any thread. Fewer outcomes, the first ones, where a signal
+// ended the work.
 std::vector<SweepOutcome> sweep(std::size_t count, const std::function<scene::Scene(std::size_t)>& scene_of,
-                                int threads);
+                                const Workload& work);
 
 }  // namespace farhand
