@@ -15,8 +15,8 @@
 #include <thread>
 #include <vector>
 
+#include "common/exchange/latest.hpp"
 #include "common/link/udp.hpp"
-#include "common/runtime/latest.hpp"
 #include "common/runtime/live_status.hpp"
 #include "common/runtime/operator_input.hpp"
 #include "common/runtime/run_loop.hpp"

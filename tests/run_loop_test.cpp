@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "common/runtime/latest.hpp"
+#include "common/exchange/latest.hpp"
 #include "common/runtime/live_status.hpp"
 #include "tests/support/pipe.hpp"
 

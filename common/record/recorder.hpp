@@ -7,8 +7,8 @@
 #include <stop_token>
 #include <thread>
 
+#include "common/exchange/spsc_ring.hpp"
 #include "common/record/recording.hpp"
-#include "common/record/spsc_ring.hpp"
 
 namespace farhand {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <thread>
 
+#include "common/exchange/latest.hpp"
 #include "common/link/packet.hpp"
-#include "common/runtime/latest.hpp"
 
 namespace farhand {
 

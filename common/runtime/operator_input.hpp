@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "common/exchange/latest.hpp"
 #include "common/runtime/key_terminal.hpp"
-#include "common/runtime/latest.hpp"
 #include "common/runtime/typed_keys.hpp"
 #include "common/runtime/word_lines.hpp"
 

@@ -14,7 +14,7 @@
 #include <thread>
 #include <utility>
 
-#include "common/record/spsc_ring.hpp"
+#include "common/exchange/spsc_ring.hpp"
 #include "common/runtime/peer_link.hpp"
 #include "common/runtime/run_loop.hpp"
 #include "common/secure/handshaker.hpp"
