@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/control/chooser.hpp"
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 #include "netem/lab/simulation.hpp"
 
 namespace farhand {

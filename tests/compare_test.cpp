@@ -8,8 +8,8 @@
 #include <map>
 
 #include "common/config/json.hpp"
-#include "common/record/format.hpp"
 #include "common/record/session_file.hpp"
+#include "common/show/format.hpp"
 #include "netem/lab/compare_report.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/scratch_directory.hpp"

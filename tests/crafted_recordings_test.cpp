@@ -10,12 +10,12 @@
 #include <sstream>
 
 #include "common/config/load.hpp"
+#include "common/judge/metrics.hpp"
+#include "common/judge/summary.hpp"
 #include "common/record/export.hpp"
 #include "common/record/merge.hpp"
-#include "common/record/metrics.hpp"
 #include "common/record/recording.hpp"
-#include "common/record/report.hpp"
-#include "common/record/summary.hpp"
+#include "common/show/report.hpp"
 #include "netem/lab/compare.hpp"
 #include "netem/lab/compare_report.hpp"
 #include "netem/lab/identify.hpp"

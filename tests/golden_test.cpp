@@ -14,8 +14,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "common/record/metrics.hpp"
-#include "common/record/summary.hpp"
+#include "common/judge/metrics.hpp"
+#include "common/judge/summary.hpp"
 #include "netem/lab/simulation.hpp"
 
 namespace farhand {

@@ -9,8 +9,8 @@
 
 #include "common/config/station_params.hpp"
 #include "common/link/codec.hpp"
-#include "common/record/figures.hpp"
 #include "common/runtime/any_station.hpp"
+#include "common/show/figures.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/uniform.hpp"
 

@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/contact_cell.hpp"
 

@@ -1,5 +1,5 @@
 // Metrics on made-up sessions whose answers are known in closed form, in both directions of motion.
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,9 @@
 #include <sstream>
 
 #include "common/config/json.hpp"
+#include "common/judge/alignment.hpp"
+#include "common/judge/summary.hpp"
 #include "common/link/packet.hpp"
-#include "common/record/alignment.hpp"
-#include "common/record/summary.hpp"
 #include "tests/support/made_up_session.hpp"
 
 namespace farhand {

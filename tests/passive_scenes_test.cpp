@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "common/judge/metrics.hpp"
 #include "common/link/codec.hpp"
-#include "common/record/metrics.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/contact_cell.hpp"
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 #include "netem/lab/simulation.hpp"
 
 namespace farhand {

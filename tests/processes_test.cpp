@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/judge/metrics.hpp"
 #include "common/link/packet.hpp"
 #include "common/record/merge.hpp"
-#include "common/record/metrics.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/alloc_counter.hpp"
 #include "tests/support/scratch_directory.hpp"

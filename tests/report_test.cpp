@@ -1,6 +1,6 @@
 // The report as a file: well-formed, self-contained, bounded, and honest about what is missing. FARHAND_REPORT=PATH
 // keeps the page of the made-up session for looking at.
-#include "common/record/report.hpp"
+#include "common/show/report.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,11 +13,12 @@
 #include <numbers>
 #include <sstream>
 
+#include "common/judge/digits.hpp"
 #include "common/link/packet.hpp"
-#include "common/record/decimate.hpp"
-#include "common/record/figures.hpp"
-#include "common/record/format.hpp"
-#include "common/record/plot.hpp"
+#include "common/show/decimate.hpp"
+#include "common/show/figures.hpp"
+#include "common/show/format.hpp"
+#include "common/show/plot.hpp"
 #include "tests/support/well_formed.hpp"
 
 namespace farhand {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "common/judge/metrics.hpp"
+#include "common/judge/summary.hpp"
 #include "common/link/packet.hpp"
-#include "common/record/metrics.hpp"
-#include "common/record/summary.hpp"
 
 namespace farhand {
 namespace {

@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <thread>
 
+#include "common/judge/metrics.hpp"
 #include "common/record/merge.hpp"
-#include "common/record/metrics.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/session_processes.hpp"
 #include "tests/support/stalled_session.hpp"

@@ -11,7 +11,7 @@
 
 #include "common/config/station_params.hpp"
 #include "common/device/mcu_axis.hpp"
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 #include "common/runtime/side_of.hpp"
 #include "netem/lab/emulated_port.hpp"
 #include "netem/lab/simulation.hpp"

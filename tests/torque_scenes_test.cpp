@@ -12,7 +12,7 @@
 
 #include "common/config/scene_loops.hpp"
 #include "common/control/wave.hpp"
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/session_metrics.hpp"
 

@@ -1,9 +1,9 @@
 // What makes a session ok, degraded or failed.
-#include "common/record/verdict.hpp"
+#include "common/judge/verdict.hpp"
 
 #include <gtest/gtest.h>
 
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 #include "tests/support/made_up_session.hpp"
 
 namespace farhand {

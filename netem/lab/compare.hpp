@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/config/load.hpp"
-#include "common/record/alignment.hpp"
-#include "common/record/metrics.hpp"
+#include "common/judge/alignment.hpp"
+#include "common/judge/metrics.hpp"
 
 namespace farhand {
 

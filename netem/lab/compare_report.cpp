@@ -7,10 +7,11 @@
 #include <sstream>
 
 #include "common/config/json.hpp"
-#include "common/record/format.hpp"
-#include "common/record/plot.hpp"
-#include "common/record/report.hpp"
-#include "common/record/summary.hpp"
+#include "common/judge/digits.hpp"
+#include "common/judge/summary.hpp"
+#include "common/show/format.hpp"
+#include "common/show/plot.hpp"
+#include "common/show/report.hpp"
 
 namespace farhand {
 namespace {

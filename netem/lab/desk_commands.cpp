@@ -6,10 +6,10 @@
 #include <memory>
 
 #include "common/config/schema.hpp"
+#include "common/judge/metrics.hpp"
 #include "common/record/export.hpp"
 #include "common/record/mcap_reader.hpp"
 #include "common/record/merge.hpp"
-#include "common/record/metrics.hpp"
 #include "common/runtime/program.hpp"
 #include "netem/lab/commands.hpp"
 #include "netem/lab/identify.hpp"

@@ -6,7 +6,8 @@
 
 #include "common/config/json.hpp"
 #include "common/config/schema.hpp"
-#include "common/record/format.hpp"
+#include "common/judge/digits.hpp"
+#include "common/show/format.hpp"
 #include "netem/lab/html_table.hpp"
 
 namespace farhand::extreme {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/record/format.hpp"
+#include "common/show/format.hpp"
 
 namespace farhand {
 

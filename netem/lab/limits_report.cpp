@@ -5,9 +5,9 @@
 #include <iomanip>
 #include <ostream>
 
-#include "common/record/format.hpp"
-#include "common/record/plot.hpp"
-#include "common/record/report.hpp"
+#include "common/judge/digits.hpp"
+#include "common/show/plot.hpp"
+#include "common/show/report.hpp"
 
 namespace farhand {
 namespace {

@@ -8,9 +8,10 @@
 #include <sstream>
 
 #include "common/config/json.hpp"
-#include "common/record/format.hpp"
-#include "common/record/plot.hpp"
-#include "common/record/report.hpp"
+#include "common/judge/digits.hpp"
+#include "common/show/format.hpp"
+#include "common/show/plot.hpp"
+#include "common/show/report.hpp"
 
 namespace farhand {
 namespace {

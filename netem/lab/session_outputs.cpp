@@ -7,10 +7,10 @@
 #include <iomanip>
 #include <iostream>
 
-#include "common/record/report.hpp"
+#include "common/judge/summary.hpp"
 #include "common/record/session_file.hpp"
-#include "common/record/summary.hpp"
 #include "common/runtime/command.hpp"
+#include "common/show/report.hpp"
 #include "netem/lab/write_to.hpp"
 
 namespace farhand {

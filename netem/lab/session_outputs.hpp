@@ -4,7 +4,7 @@
 #include <iosfwd>
 #include <string>
 
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 #include "common/record/session.hpp"
 #include "proto/scene.pb.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 #include "netem/lab/simulation.hpp"
 
 namespace farhand {

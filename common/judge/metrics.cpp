@@ -1,13 +1,13 @@
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "common/judge/alignment.hpp"
+#include "common/judge/verdict.hpp"
 #include "common/link/packet.hpp"
-#include "common/record/alignment.hpp"
-#include "common/record/verdict.hpp"
 
 namespace farhand {
 namespace {

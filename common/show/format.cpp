@@ -1,30 +1,14 @@
-#include "common/record/format.hpp"
+#include "common/show/format.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 
 #include "common/config/json.hpp"
+#include "common/judge/digits.hpp"
 
 namespace farhand {
 namespace {
-
-constexpr int kDigits = 3;
-constexpr double kSmallest = 1e-3, kLargest = 1e6;  // beyond these an exponent reads better
-
-std::string fixed(double y, int decimals) {
-  char buffer[400];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, y, std::chars_format::fixed, decimals);
-  std::string out(buffer, end.ptr);
-  return out.find_first_not_of("-0.") == std::string::npos && out[0] == '-' ? out.substr(1) : out;  // no -0.00
-}
-
-std::string scientific(double y) {
-  char buffer[64];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, y, std::chars_format::scientific, kDigits - 1);
-  return {buffer, end.ptr};
-}
 
 // 1.00e-08 as 1e-8: what is written beside an axis need not show how exact it is.
 std::string bare(const std::string& scientific) {
@@ -36,16 +20,6 @@ std::string bare(const std::string& scientific) {
 }
 
 }  // namespace
-
-std::string three_digits(double y) {
-  if (!std::isfinite(y)) return "-";
-  if (y == 0) return "0";
-  // The exponent after rounding: 9.996 is 10.0 and not 10.00.
-  const std::string rounded = scientific(y);
-  const int exponent = std::stoi(rounded.substr(rounded.find('e') + 1));
-  if (std::abs(y) < kSmallest || std::abs(y) >= kLargest) return rounded;
-  return fixed(y, std::max(0, kDigits - 1 - exponent));
-}
 
 std::vector<double> ticks(double from, double until, int wanted, bool log) {
   std::vector<double> out;
@@ -74,11 +48,13 @@ std::vector<double> ticks(double from, double until, int wanted, bool log) {
 
 std::string tick_label(double y, double step) {
   if (!std::isfinite(y) || !(step > 0)) return "-";
-  if (std::max(std::abs(y), step) >= kLargest || step < 1e-6) return y == 0 ? "0" : bare(scientific(y));
-  return fixed(y, std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9))));
+  if (std::max(std::abs(y), step) >= kMostWithoutExponent || step < 1e-6) return y == 0 ? "0" : bare(with_exponent(y));
+  return with_decimals(y, std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9))));
 }
 
-std::string decade_label(double y) { return y > 0 && y < kSmallest ? bare(scientific(y)) : tick_label(y, y); }
+std::string decade_label(double y) {
+  return y > 0 && y < kLeastWithoutExponent ? bare(with_exponent(y)) : tick_label(y, y);
+}
 
 std::string quantity(double y, std::string_view unit) {
   if (!std::isfinite(y)) return "-";

@@ -1,13 +1,13 @@
-#include "common/record/verdict.hpp"
+#include "common/judge/verdict.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "common/judge/alignment.hpp"
+#include "common/judge/digits.hpp"
 #include "common/link/packet.hpp"
-#include "common/record/alignment.hpp"
-#include "common/record/format.hpp"
 
 namespace farhand {
 namespace {

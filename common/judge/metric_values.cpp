@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 
 namespace farhand {
 

@@ -1,4 +1,4 @@
-#include "common/record/alignment.hpp"
+#include "common/judge/alignment.hpp"
 
 #include <algorithm>
 #include <cmath>

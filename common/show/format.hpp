@@ -1,5 +1,5 @@
-// Numbers and text as a reader sees them: three significant digits, SI units, whatever the locale of the process; and
-// text that cannot break the page it is put into.
+// Scales and quantities as a reader sees them, whatever the locale of the process; and text that cannot break the page
+// it is put into.
 #pragma once
 
 #include <string>
@@ -7,9 +7,6 @@
 #include <vector>
 
 namespace farhand {
-
-// 12.3, 0.00123, 1.23e-07; "-" if not finite.
-std::string three_digits(double y);
 
 // 1-2-5 ticks within [from, until], about `wanted` of them; decades (with 2 and 5 if they are few) on a log axis.
 std::vector<double> ticks(double from, double until, int wanted, bool log);

@@ -1,4 +1,4 @@
-#include "common/record/figures.hpp"
+#include "common/show/figures.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "common/judge/digits.hpp"
 #include "common/link/packet.hpp"
-#include "common/record/format.hpp"
 #include "common/scene/engagement.hpp"
 
 namespace farhand {

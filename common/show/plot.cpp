@@ -1,12 +1,12 @@
-#include "common/record/plot.hpp"
+#include "common/show/plot.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <utility>
 
-#include "common/record/decimate.hpp"
-#include "common/record/format.hpp"
+#include "common/show/decimate.hpp"
+#include "common/show/format.hpp"
 
 namespace farhand {
 namespace {

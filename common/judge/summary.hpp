@@ -4,7 +4,7 @@
 #include <ostream>
 #include <string>
 
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 
 namespace farhand {
 

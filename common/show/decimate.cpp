@@ -1,4 +1,4 @@
-#include "common/record/decimate.hpp"
+#include "common/show/decimate.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "common/record/summary.hpp"
+#include "common/judge/summary.hpp"
 
 #include <array>
 #include <charconv>

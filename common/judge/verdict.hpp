@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/record/metrics.hpp"
+#include "common/judge/metrics.hpp"
 
 namespace farhand {
 

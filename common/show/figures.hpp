@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "common/record/alignment.hpp"
-#include "common/record/plot.hpp"
+#include "common/judge/alignment.hpp"
 #include "common/record/session.hpp"
+#include "common/show/plot.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {

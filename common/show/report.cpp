@@ -1,4 +1,4 @@
-#include "common/record/report.hpp"
+#include "common/show/report.hpp"
 
 #include <google/protobuf/stubs/common.h>
 
@@ -12,8 +12,9 @@
 
 #include "common/config/json.hpp"
 #include "common/config/load.hpp"
-#include "common/record/figures.hpp"
-#include "common/record/format.hpp"
+#include "common/judge/digits.hpp"
+#include "common/show/figures.hpp"
+#include "common/show/format.hpp"
 
 namespace farhand {
 namespace {
