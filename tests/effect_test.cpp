@@ -11,6 +11,7 @@
 #include <cmath>
 #include <set>
 
+#include "common/advice/warnings.hpp"
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
 #include "netem/lab/simulation.hpp"
@@ -113,7 +114,7 @@ Sets said_of(const std::string& set, Sets sets) {
   sets.push_back(set);
   try {
     Sets all;
-    for (const std::string& warning : load_scene_text(kSession, "effect.txtpb", sets).warnings)
+    for (const std::string& warning : warnings(load_scene_text(kSession, "effect.txtpb", sets).scene))
       if (warning.find(" has no effect: it needs ") != std::string::npos) all.push_back(warning);
     return all;
   } catch (const ConfigError& error) {
@@ -202,7 +203,7 @@ TEST(Effect, OfAMasterBehindAnMcuWhatOnlyADirectDriveDoesIsRefused) {
 TEST(Effect, OfACompletedSceneNothingMoreIsSaid) {
   for (const std::string& name : known_scenes()) {
     const LoadedScene loaded = load_scene(name);
-    EXPECT_EQ(load_scene_text(complete_text(loaded.scene), "again").warnings, loaded.warnings) << name;
+    EXPECT_EQ(warnings(load_scene_text(complete_text(loaded.scene), "again").scene), warnings(loaded.scene)) << name;
     EXPECT_TRUE(refused_settings(loaded.scene).empty()) << name;
     EXPECT_TRUE(idle_settings(loaded.scene).empty()) << name;
     EXPECT_NO_THROW(refuse_virtual_time(loaded.scene)) << name;

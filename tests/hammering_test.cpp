@@ -1,13 +1,13 @@
 // Whether a hit on a wall dies out, found by doing it.
-#include "common/config/hammering.hpp"
+#include "common/advice/hammering.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdio>
 
+#include "common/advice/scene_loops.hpp"
 #include "common/analysis/bisect.hpp"
-#include "common/config/scene_loops.hpp"
 #include "common/config/schema.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/said_at_load.hpp"

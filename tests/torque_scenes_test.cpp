@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "common/config/scene_loops.hpp"
+#include "common/advice/scene_loops.hpp"
 #include "common/control/wave.hpp"
 #include "common/judge/metrics.hpp"
 #include "netem/lab/simulation.hpp"

@@ -1,12 +1,14 @@
 // What is said of a scene at load: on both sides of each bound, and that what is called unstable is, and nothing else.
+#include "common/advice/warnings.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
+#include "common/advice/scene_loops.hpp"
 #include "common/config/load.hpp"
-#include "common/config/scene_loops.hpp"
 #include "common/config/schema.hpp"
 #include "common/link/packet.hpp"
 #include "netem/lab/simulation.hpp"
@@ -22,9 +24,10 @@ TEST(Warnings, ShippedScenesAreWarnedOfOnlyWhereTheyDeserveIt) {
       EXPECT_EQ(said(loaded), "") << name;
       continue;
     }
-    ASSERT_EQ(loaded.warnings.size(), 2u);  // its own comment says so
+    const Sets warned = warnings(loaded.scene);
+    ASSERT_EQ(warned.size(), 2u);  // its own comment says so
     EXPECT_EQ(
-        loaded.warnings[0],
+        warned[0],
         "master.motor.encoder_counts_per_rev = 20000 and slave.motor.encoder_counts_per_rev = 20000 leave 0.0857 N "
         "m RMS in the torque of the master through control.g_dis_rad_s = 1000, control.g_reac_rad_s = 1000 and "
         "control.g_v_rad_s = 500, more than 0.05; 1.71 times as many counts would do");
@@ -280,7 +283,7 @@ TEST(Warnings, EveryFieldMayStandAtItsEnd) {
     for (const std::string& end : ends) {
       try {
         for (const std::string& warning :
-             load(kBase, {base, "network.forward.delay_s=0.1", "slave.wall={}", end}).warnings) {
+             warnings(load(kBase, {base, "network.forward.delay_s=0.1", "slave.wall={}", end}).scene)) {
           EXPECT_EQ(warning.find("nan"), std::string::npos) << end << ": " << warning;
           EXPECT_EQ(warning.find("inf"), std::string::npos) << end << ": " << warning;
         }

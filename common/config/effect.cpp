@@ -5,7 +5,7 @@
 #include <memory>
 #include <span>
 
-#include "common/config/scene_loops.hpp"
+#include "common/config/scene_kind.hpp"
 #include "common/config/schema.hpp"
 
 namespace farhand {

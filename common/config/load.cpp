@@ -15,7 +15,6 @@
 
 #include "common/config/check.hpp"
 #include "common/config/schema.hpp"
-#include "common/config/warnings.hpp"
 
 namespace farhand {
 namespace {
@@ -368,7 +367,7 @@ LoadedScene load_scene_text(const std::string& text, const std::string& path, st
                             std::optional<std::uint64_t> seed) {
   if (text.size() > kMaxBytes) throw ConfigError(path + ": is larger than 1 MiB, so it is not a scene file");
   if (const char* why = why_not_text(text)) throw ConfigError(path + ": " + why);
-  LoadedScene loaded{{}, std::filesystem::path(path).stem().string(), path, {}};
+  LoadedScene loaded{{}, std::filesystem::path(path).stem().string(), path};
   Mistakes mistakes;
   TextFormat::ParseInfoTree tree;
   ParserMessages messages(mistakes, path, Rows(text));
@@ -394,7 +393,6 @@ LoadedScene load_scene_text(const std::string& text, const std::string& path, st
   for (const Complaint& complaint : complete_and_check(loaded.scene))
     mistakes.add(places.find(complaint.path), complaint.sentence);
   mistakes.throw_if_any();
-  loaded.warnings = warnings(loaded.scene);
   return loaded;
 }
 

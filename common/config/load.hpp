@@ -17,7 +17,6 @@ struct LoadedScene {
   scene::Scene scene;  // complete: what was not given holds its default
   std::string name;    // file name without directory and ending
   std::string path;
-  std::vector<std::string> warnings;  // what will run, but not well: a sentence each, with field, value and bound
 };
 
 // what() holds all mistakes, one sentence per line.

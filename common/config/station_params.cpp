@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/config/scene_loops.hpp"
+#include "common/config/scene_kind.hpp"
 #include "common/config/world_params.hpp"
 #include "common/device/mcu_frame.hpp"
 

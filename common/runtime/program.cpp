@@ -6,8 +6,9 @@
 #include <random>
 #include <stdexcept>
 
+#include "common/advice/guarded.hpp"
+#include "common/advice/warnings.hpp"
 #include "common/config/effect.hpp"
-#include "common/config/guarded.hpp"
 
 namespace farhand {
 
@@ -17,7 +18,7 @@ LoadedScene SceneChoice::load() const {
     refuse_virtual_time(loaded.scene);
     refuse_unguarded(loaded.scene);
   }
-  for (const std::string& warning : loaded.warnings)
+  for (const std::string& warning : warnings(loaded.scene))
     std::fprintf(stderr, "%s: warning: %s\n", loaded.path.c_str(), warning.c_str());
   return loaded;
 }

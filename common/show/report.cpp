@@ -10,6 +10,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "common/advice/warnings.hpp"
 #include "common/config/json.hpp"
 #include "common/config/load.hpp"
 #include "common/judge/digits.hpp"
@@ -71,7 +72,7 @@ std::string verdict_box(const Metrics& metrics) {
 std::string said_at_load(const Session& session) {
   std::vector<std::string> said;
   try {
-    said = load_scene_text(session.scene_text, "scene").warnings;
+    said = warnings(load_scene_text(session.scene_text, "scene").scene);
   } catch (const ConfigError&) {
     return "";  // a scene of another version
   }

@@ -4,7 +4,7 @@
 #include <concepts>
 #include <stdexcept>
 
-#include "common/config/scene_loops.hpp"
+#include "common/config/scene_kind.hpp"
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
 #include "netem/lab/bare_loop.hpp"

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 
+#include "common/advice/warnings.hpp"
 #include "common/config/schema.hpp"
 #include "common/judge/metrics.hpp"
 #include "common/record/export.hpp"
@@ -28,10 +29,10 @@ int check(const std::vector<std::string>& files) {
     try {
       const LoadedScene loaded = load_scene(file);
       if (loaded.scene.slave().device() == scene::SERIES_ELASTIC) emulator_params(loaded.scene);
-      for (const std::string& warning : loaded.warnings) std::cerr << loaded.path << ": warning: " << warning << '\n';
+      const std::vector<std::string> warned = warnings(loaded.scene);
+      for (const std::string& warning : warned) std::cerr << loaded.path << ": warning: " << warning << '\n';
       std::cout << loaded.path << ": ok"
-                << (loaded.warnings.empty() ? "" : ", " + std::to_string(loaded.warnings.size()) + " to think about")
-                << '\n';
+                << (warned.empty() ? "" : ", " + std::to_string(warned.size()) + " to think about") << '\n';
     } catch (const ConfigError& error) {
       std::cerr << error.what() << '\n';
       code = kExitUsage;

@@ -5,7 +5,7 @@
 #include <limits>
 #include <sstream>
 
-#include "common/config/scene_loops.hpp"
+#include "common/config/scene_kind.hpp"
 #include "common/config/schema.hpp"
 #include "netem/lab/explain_costs.hpp"
 #include "netem/lab/explain_plants.hpp"

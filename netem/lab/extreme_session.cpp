@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "common/advice/warnings.hpp"
 #include "common/config/operator_timeline.hpp"
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
@@ -228,7 +229,7 @@ double SessionRecord::off(double master_x, double slave_x) const {
 SessionRecord run_session(const SessionPlan& plan) {
   const LoadedScene loaded = load_scene_text(kBase, "extreme.txtpb", plan.sets);
   SessionRecord record = Run(plan, loaded.scene).to_end();
-  record.warnings = loaded.warnings;
+  record.warnings = warnings(loaded.scene);
   return record;
 }
 

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "common/config/scene_loops.hpp"
+#include "common/advice/scene_loops.hpp"
+#include "common/config/scene_kind.hpp"
 #include "common/config/station_params.hpp"
 #include "common/config/world_params.hpp"
 #include "netem/lab/bare_run.hpp"

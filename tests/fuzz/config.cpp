@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/advice/warnings.hpp"
 #include "common/config/load.hpp"
 #include "tests/fuzz/targets.hpp"
 
@@ -47,7 +48,7 @@ bool config(Bytes input) {
     const std::string complete = complete_text(loaded.scene);
     require(complete_text(load_scene_text(complete, "complete.txtpb").scene) == complete,
             "a complete scene loads to itself");
-    for (const std::string& warning : loaded.warnings) require(printable(warning), "a warning can be printed");
+    for (const std::string& warning : warnings(loaded.scene)) require(printable(warning), "a warning can be printed");
     return true;
   } catch (const ConfigError& error) {
     check_sentences(error.what());

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/advice/warnings.hpp"
 #include "common/config/load.hpp"
 
 namespace farhand {
@@ -13,7 +14,7 @@ inline LoadedScene load(const std::string& text, const Sets& sets = {}) { return
 
 inline std::string said(const LoadedScene& loaded) {
   std::string all;
-  for (const std::string& warning : loaded.warnings) all += warning + '\n';
+  for (const std::string& warning : warnings(loaded.scene)) all += warning + '\n';
   return all;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/advice/warnings.hpp"
 #include "netem/lab/simulation.hpp"
 
 namespace farhand {
@@ -56,8 +57,8 @@ struct StallCell {
   }
   // Says the program of this loop, before it runs, that it is unstable?
   bool told_unstable() const {
-    const std::vector<std::string> warnings = load(false).warnings;
-    return std::any_of(warnings.begin(), warnings.end(),
+    const std::vector<std::string> said = warnings(load(false).scene);
+    return std::any_of(said.begin(), said.end(),
                        [](const std::string& one) { return one.find(" unstable in ") != std::string::npos; });
   }
 };

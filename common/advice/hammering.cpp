@@ -1,4 +1,4 @@
-#include "common/config/hammering.hpp"
+#include "common/advice/hammering.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,6 @@
 
 #include "common/analysis/steady_contact.hpp"
 #include "common/analysis/teleoperator.hpp"
-#include "common/scene/params.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {
@@ -23,27 +22,13 @@ struct Contact {
 // Free motion first, then what the slave touches within the run.
 std::vector<Contact> contacts(const scene::Scene& scene);
 
-// Where the sides differ in size, their common loop is looked at in the size of the master: angles of the slave over
-// position_scale, its torques times force_scale. Its law's K_f is then the slave's over both scales.
-Scale scale_of(const scene::Scene& scene);
-double master_K_f(const scene::Scene& scene);
-
 // With the therapist's arm in it.
 SideLoop master_loop(const scene::Scene& scene);
 SideLoop direct_slave_loop(const scene::Scene& scene, const Contact& contact);
 OrthosisLoop orthosis_loop(const scene::Scene& scene, const Contact& contact);
 
-bool is_elastic(const scene::Scene& scene);
-bool has_cdob(const scene::Scene& scene);
-bool chooses(const scene::Scene& scene);      // AUTOMATIC
-bool is_mediated(const scene::Scene& scene);  // or may become so
-bool has_sdcv(const scene::Scene& scene);
 // f_1 and f_2 of this contact are named of it: a hand, not a wall.
 bool names_thresholds(const scene::Scene& scene, const Contact& contact);
-bool is_two_channel(const scene::Scene& scene);
-bool is_wave(const scene::Scene& scene);
-bool has_tanks(const scene::Scene& scene);
-bool has_passivity_controllers(const scene::Scene& scene);
 // One loop of four channels goes around both sides, and `teleoperator` is it.
 bool joined_by_four_channels(const scene::Scene& scene);
 

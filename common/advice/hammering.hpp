@@ -7,7 +7,7 @@
 // come down to, and only the share of the speed that the wall gives back matters, not how hard the wall is.
 #pragma once
 
-#include "common/config/scene_loops.hpp"
+#include "common/advice/scene_loops.hpp"
 
 namespace farhand {
 

@@ -1,6 +1,6 @@
-#include "common/config/guarded.hpp"
+#include "common/advice/guarded.hpp"
 
-#include "common/config/scene_loops.hpp"
+#include "common/config/scene_kind.hpp"
 #include "common/config/schema.hpp"
 
 namespace farhand {

@@ -1,4 +1,4 @@
-#include "common/config/warnings.hpp"
+#include "common/advice/warnings.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -6,11 +6,12 @@
 #include <functional>
 #include <numbers>
 
+#include "common/advice/guarded.hpp"
+#include "common/advice/hammering.hpp"
+#include "common/advice/scene_loops.hpp"
 #include "common/analysis/bisect.hpp"
 #include "common/config/effect.hpp"
-#include "common/config/guarded.hpp"
-#include "common/config/hammering.hpp"
-#include "common/config/scene_loops.hpp"
+#include "common/config/scene_kind.hpp"
 #include "common/config/schema.hpp"
 #include "common/config/world_params.hpp"
 #include "common/plant/intended_motion.hpp"
