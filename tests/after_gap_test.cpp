@@ -7,7 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "common/scene/station.hpp"
+#include "common/control/mediator.hpp"
+#include "common/law/two_channel_po_pc.hpp"
+#include "common/runtime/owned_station.hpp"
 
 namespace farhand {
 namespace {
@@ -161,14 +163,14 @@ TEST(HeldTo, AnOldWordNeverPressesHarder) {
 StationParams params() {
   StationParams p;
   p.role = Role::kLeader;
-  p.scene.drive.gate.range_min = -10;
-  p.scene.drive.gate.range_max = 10;
+  p.control.drive.gate.range_min = -10;
+  p.control.drive.gate.range_max = 10;
   return p;
 }
 
 // On a locked rotor the reaction is the torque that acted, a low-pass later.
 TEST(AfterGap, ObserversAreGivenWhatTheDriveDidMeanwhile) {
-  const DriveParams p = params().scene.drive;
+  const DriveParams p = params().control.drive;
   DirectDrive<1> drive(p);
   drive.reset({.x = J1(0.1)});
   Motion<1> local;
@@ -177,7 +179,7 @@ TEST(AfterGap, ObserversAreGivenWhatTheDriveDidMeanwhile) {
     Motion<1> target = local;
     target.x += 0.2;
     target.f = -local.f;
-    drive.follow(local, target, true, 1000);
+    drive.follow(local, target, {}, 1000);
   };
   for (int k = 0; k < 2000; ++k) press(1);
   const double pressed = drive.torque()[0];
@@ -199,7 +201,7 @@ TEST(AfterGap, ObserversAreGivenWhatTheDriveDidMeanwhile) {
 
 // What a station makes of an axis that moves evenly while its clock does something else.
 struct Even {
-  Station<FourChannel<DirectDrive<1>>> station{params()};
+  OwnedStation<DirectIo<1>> station{params()};
   Nanoseconds now = kSecond;
   double x = 0;
   static constexpr double kSpeed = 0.5;
@@ -229,7 +231,7 @@ TEST(AfterGap, AClockThatJumpsIsAGapAndNoSpeed) {
 }
 
 TEST(AfterGap, AReadingAfterALongGapIsAStartAtRest) {
-  DirectDrive<1> drive(params().scene.drive);
+  DirectDrive<1> drive(params().control.drive);
   drive.reset({.x = J1(0)});
   for (int k = 1; k < 100; ++k) drive.observe({.x = J1(1e-3 * k)}, 1);
   const Motion<1> local = drive.observe({.x = J1(0.5)}, 1'000'000);
@@ -272,15 +274,18 @@ TEST(AfterGap, AMediatorGoesOnToLearnWhereAContactBegins) {
 }
 
 TEST(AfterGap, AnAccountOfEnergyCountsTheTorqueThatActed) {
-  SceneParams p;
+  const FourChannelGains K;
   const auto margin = [&](double acted) {
-    PassiveSlave<DirectDrive<1>> scene(p);
-    scene.start({}, {});
-    Motion<1> local, received;
-    received.f = J1(-0.5);
-    scene.target(local, received, {});
-    scene.keep({.torque = J1(0.5), .acted = acted, .moved = J1(0.1), .received = 0.0, .engaged = true, .ticks = 9});
-    return scene.energy();
+    PassiveSlave<1> slave(LawParams{}, K, kDt);
+    LawInputs<1> in;
+    in.engaged = true;
+    in.received.f = J1(-0.5);
+    slave.start(in);
+    slave.step(in);
+    in.since.ticks = 9;
+    in.account = {.torque = J1(0.5), .acted = acted, .moved = J1(0.1), .received = 0.0, .engaged = true};
+    slave.step(in);
+    return slave.signals().energy;
   };
   EXPECT_LT(margin(1.0), 0.0);
   EXPECT_NEAR(margin(0.25), 0.25 * margin(1.0), 1e-12);

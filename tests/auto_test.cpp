@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "common/control/chooser.hpp"
 #include "common/judge/metrics.hpp"
+#include "common/law/chooser.hpp"
 #include "netem/lab/simulation.hpp"
 
 namespace farhand {

@@ -9,8 +9,8 @@
 #include "common/control/four_channel.hpp"
 #include "common/control/limits.hpp"
 #include "common/control/sdcv.hpp"
+#include "common/law/four_channel_cdob_sdcv.hpp"
 #include "common/scene/drive_law.hpp"
-#include "common/scene/four_channel.hpp"
 #include "common/signal/delay_line.hpp"
 #include "netem/lab/bare_law.hpp"
 #include "netem/lab/plain_step.hpp"
@@ -154,9 +154,9 @@ TEST(Scene, ReferencesAreThoseOfTheHandWrittenStep) {
   Dice dice(4);
   Seen seen;
   for (int episode = 0; episode < kEpisodes; ++episode) {
-    SceneParams p = dice.settings();
+    ControlParams p = dice.settings();
     if (episode % 2 == 0) p.drive.gate.acceleration = std::exp(dice.uniform(0.0, 9.0));
-    FourChannel<ReferenceDrive<1>> scene(p);
+    ReferenceDrive<1> drive(p.drive);
     PlainReferenceStep<> plain(p);
     for (int k = 0; k < kTicks; ++k) {
       double in[4];
@@ -165,18 +165,18 @@ TEST(Scene, ReferencesAreThoseOfTheHandWrittenStep) {
       const ReferenceDrive<1>::Sensed sensed{.x = J1(x), .f = J1(0.1), .valid = true};
       if (!sensed.finite()) continue;  // a station does not look at such readings
       if (k == 0) {
-        scene.drive.reset(sensed);
+        drive.reset(sensed);
         plain.reset(x);
       }
-      const Motion<1> local = scene.drive.observe(sensed, 1);
-      const auto command = scene.drive.follow(local, scene.target(local, motion(x_r, v_r, f_r), {}), true, 1);
+      const Motion<1> local = drive.observe(sensed, 1);
+      const auto command = drive.follow(local, motion(x_r, v_r, f_r), {}, 1);
       plain.step(x, x_r, v_r, f_r);
       ASSERT_TRUE(command.track);
       ASSERT_NEAR(local.v[0], plain.v, 1e-12);
       ASSERT_NEAR(command.reference.x[0], plain.x_ref, 1e-12);
       ASSERT_NEAR(command.reference.v[0], plain.v_ref, 1e-12);
       ASSERT_NEAR(command.reference.f[0], plain.f_ref, 1e-12);
-      ASSERT_EQ(scene.drive.active_limits(), plain.limits);
+      ASSERT_EQ(drive.active_limits(), plain.limits);
       seen.add(plain.limits);
     }
   }
@@ -189,21 +189,25 @@ TEST(Scene, ReferencesAreThoseOfTheHandWrittenStep) {
 TEST(Scene, JointsDoNotMix) {
   Dice dice(5);
   for (int episode = 0; episode < 20; ++episode) {
-    SceneParams p = dice.settings();
-    p.sdcv.from_patient = episode % 2 == 1;
-    FourChannelCdobSdcv<DirectDrive<2>> both(p);
-    const auto first = make_block_law(Architecture::kCdobSdcv, p), second = make_block_law(Architecture::kCdobSdcv, p);
+    ControlParams p = dice.settings();
+    p.law.sdcv.from_patient = episode % 2 == 1;
+    DirectDrive<2> drive(p.drive);
+    FourChannelCdobSdcv<2> both(p.law, p.drive.K, p.drive.dt_s);
+    LawInputs<2> inputs;
+    inputs.engaged = true;
+    const auto first = make_block_law("FOUR_CHANNEL_CDOB_SDCV", p),
+               second = make_block_law("FOUR_CHANNEL_CDOB_SDCV", p);
     Dice other(static_cast<std::uint64_t>(100 + episode));
     for (int k = 0; k < kTicks; ++k) {
       double a[4], b[4];
       if (dice.next(a) || other.next(b)) continue;
-      const Motion<2> received{{a[1], b[1]}, {a[2], b[2]}, {a[3], b[3]}};
+      inputs.received = {{a[1], b[1]}, {a[2], b[2]}, {a[3], b[3]}};
       const auto one = [&](auto& law, const double(&in)[4]) {
         law->observe(in[0]);
         return law->follow({in[1], in[2], in[3]});
       };
-      const Motion<2> local = both.drive.observe({.x = {a[0], b[0]}}, 1);
-      const Joints<2> torque = both.drive.follow(local, both.target(local, received, {}), true, 1).torque;
+      inputs.local = drive.observe({.x = {a[0], b[0]}}, 1);
+      const Joints<2> torque = drive.follow(inputs.local, both.step(inputs).follow, {}, 1).torque;
       ASSERT_NEAR(torque[0], one(first, a), 1e-12);
       ASSERT_NEAR(torque[1], one(second, b), 1e-12);
     }

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/config/station_params.hpp"
-#include "common/runtime/any_station.hpp"
+#include "common/runtime/owned_station.hpp"
 #include "netem/lab/simulation.hpp"
 #include "netem/lab/station_inputs.hpp"
 
@@ -16,18 +16,18 @@ TEST(CutStation, GivesTheSameTorquesAndPackets) {
   const Session session = simulate(loaded);
   const std::vector<Arrival> arrivals = arrivals_of(session, true);
   const StationParams params = master_station_params(loaded.scene, kMasterSession);
-  const auto whole = make_station<DirectIo<1>>(params);
+  OwnedStation<DirectIo<1>> whole(params);
   cut::Station cut(cut::params_of(params));
   int engaged = 0;
   auto next = arrivals.begin();
   for (const StationSample& row : session.master) {
     const Nanoseconds now = from_seconds(row.t_s);
     for (; next != arrivals.end() && next->at <= now; ++next) {
-      whole->receive(next->packet, next->at);
+      whole.receive(next->packet, next->at);
       cut.receive(next->packet, next->at);
     }
     const OperatorAct act = row.t_s == 0.2 ? OperatorAct::kEngage : OperatorAct::kNone;
-    const auto a = whole->tick(now, {Joints<1>(row.x_rad), true}, act);
+    const auto a = whole.tick(now, {Joints<1>(row.x_rad), true}, act);
     const auto b = cut.tick(now, Joints<1>(row.x_rad), true, act, 1);
     ASSERT_EQ(a.command.torque[0], b.torque[0]) << row.t_s;
     ASSERT_EQ(a.packet.motion.f[0], b.packet.motion.f[0]);

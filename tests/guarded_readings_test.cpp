@@ -6,7 +6,7 @@
 #include <memory>
 #include <numbers>
 
-#include "common/runtime/any_station.hpp"
+#include "common/runtime/owned_station.hpp"
 
 namespace farhand {
 namespace {
@@ -21,7 +21,7 @@ class Box {
     params.role = Role::kFollower;
     params.engagement.homing = homing;
     params.receive = {.timeout = 100 * kMillisecond, .playout_max = 2 * kSecond, .expiry = 2 * kSecond};
-    station_ = make_station<ReferenceIo<1>>(params);
+    station_ = std::make_unique<OwnedStation<ReferenceIo<1>>>(params);
   }
 
   void tick(OperatorAct act = OperatorAct::kNone) {
@@ -44,7 +44,7 @@ class Box {
   S leader = S::kReady;
 
  private:
-  std::unique_ptr<AnyStation<ReferenceIo<1>>> station_;
+  std::unique_ptr<OwnedStation<ReferenceIo<1>>> station_;
   Nanoseconds now_ = 0;
   std::uint32_t seq_ = 0;
 };

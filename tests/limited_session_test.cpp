@@ -9,7 +9,7 @@
 
 #include "common/config/station_params.hpp"
 #include "common/link/codec.hpp"
-#include "common/runtime/any_station.hpp"
+#include "common/runtime/owned_station.hpp"
 #include "common/show/figures.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/uniform.hpp"
@@ -231,7 +231,7 @@ void attack(const char* device, Check check) {
   const LoadedScene loaded = load_scene_text(
       kScene, "limited",
       std::vector{std::string("slave.device=") + device, std::string("slave.limits.motor_continuous_a=1000")});
-  const auto station = make_station<Io>(slave_station_params(loaded.scene, 2));
+  OwnedStation<Io> station(slave_station_params(loaded.scene, 2));
   std::mt19937_64 bits(31);
   PacketCodec<1> codec;
   typename Io::Sensed sensed;
@@ -252,10 +252,10 @@ void attack(const char* device, Check check) {
                        Joints<1>(uniform(bits, -1e6, 1e6))};
     }
     Packet<1> received;
-    if (codec.decode(codec.encode(packet), received) == DecodeResult::kOk) station->receive(received, now);
+    if (codec.decode(codec.encode(packet), received) == DecodeResult::kOk) station.receive(received, now);
     sensed.x[0] += 1e-3 * uniform(bits, -1, 1) - 1e-3 * sensed.x[0];
-    const auto out = station->tick(now, sensed);
-    engaged += station->trace().state == StationState::kEngaged;
+    const auto out = station.tick(now, sensed);
+    engaged += station.trace().state == StationState::kEngaged;
     ASSERT_NO_FATAL_FAILURE(check(out.command, loaded.scene.slave().axis()));
   }
   EXPECT_GT(engaged, 15'000);

@@ -1,6 +1,4 @@
 // Energy tanks, and passivity observers and controllers: what they may give, and whole sessions over delays.
-#include "common/scene/passive_scenes.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +9,8 @@
 #include <vector>
 
 #include "common/judge/metrics.hpp"
+#include "common/law/four_channel_tank.hpp"
+#include "common/law/two_channel_po_pc.hpp"
 #include "common/link/codec.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/contact_cell.hpp"

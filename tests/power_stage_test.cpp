@@ -104,8 +104,8 @@ TEST(PowerStage, IsToldToTheDeviceAndBySimulatedOnesTakenFromTheTick) {
   EXPECT_EQ(side.axis().contract.hold_s, 0.005);
   EXPECT_EQ(side.axis().contract.fall_s, 0.007);
   const StationParams usual = master_station_params(load_scene_text(kBase + "tick_s: 0.002", "text").scene, 1);
-  EXPECT_EQ(usual.scene.drive.power_stage.hold_s, 2 * 0.002);
-  EXPECT_EQ(usual.scene.drive.power_stage.fall_s, 4 * 0.002);
+  EXPECT_EQ(usual.control.drive.power_stage.hold_s, 2 * 0.002);
+  EXPECT_EQ(usual.control.drive.power_stage.fall_s, 4 * 0.002);
 }
 
 }  // namespace

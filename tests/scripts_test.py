@@ -54,6 +54,16 @@ class CheckRooms(unittest.TestCase):
         self.assert_accepted("netem/lab/a.cpp", '#include "slave/mcu/emulator.hpp"\n#include "netem/lab/simulation.hpp"\n')
         self.assert_accepted("tests/a_test.cpp", '#include "netem/lab/simulation.hpp"\n#include "tests/support/dice.hpp"\n')
 
+    def test_a_law_knows_no_drive_and_a_station_no_architecture(self):
+        self.assert_refused("common/law/a.hpp", "// one\nDirectDrive<1> drive;\n", 2, "names DirectDrive")
+        self.assert_refused("common/law/a.hpp", "void f(const Station<Io>&);\n", 1, "names Station")
+        self.assert_refused("common/law/a.hpp", "ReferenceIo<1> io;\n", 1, "names ReferenceIo")
+        self.assert_accepted("common/law/a.hpp", "// A drive, a Station\nWish<1> wish;\n")
+        self.assert_refused("common/scene/a.hpp", '#include "common/law/wave.hpp"\n', 1, "common/law/wave.hpp")
+        self.assert_accepted("common/scene/a.hpp", '#include "common/law/law.hpp"\n')
+        self.assert_refused("common/law/a.hpp", "#include <memory>\n", 1, "<memory>")
+        self.assert_accepted("common/law/architectures.hpp", "#include <memory>\n")
+
     def test_headers_banned_inside_a_tick(self):
         for header in ("chrono", "functional", "iostream", "map", "memory", "mutex", "string", "thread", "vector"):
             for file in ("common/signal/a.hpp", "common/scene/a.cpp", "common/link/receiver.hpp"):

@@ -12,17 +12,17 @@ namespace farhand {
 namespace {
 
 // What may never be seen of a station, whatever it meets.
-template <class Scene>
+template <class Io>
 struct Unsafe {
-  static constexpr bool kDirect = Side<Scene>::kDirect;
+  static constexpr bool kDirect = Side<Io>::kDirect;
   S last = S::kOff;
   Joints<1> target = Joints<1>::Zero(), x = Joints<1>::Zero();
-  typename Scene::Drive::Command command;
+  typename Io::Command command;
   int ready_ticks = 0;
   double largest_step = 0;  // of what is asked for, on engaging
   std::set<S> seen;
 
-  void see(const Side<Scene>& side, OperatorAct act) {
+  void see(const Side<Io>& side, OperatorAct act) {
     const TickTrace<1>& trace = side.trace();
     const S now = trace.state;
     seen.insert(now);
@@ -69,7 +69,7 @@ struct Unsafe {
 
 // A million ticks of each kind of pair. Every few hundred ticks something happens: acts on either side, a link that
 // carries nothing or lies about the states, devices that are pulled, show nonsense or do not come to rest.
-template <class Drive>
+template <class Io>
 void expect_nothing_unsafe(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const auto uniform = [&](double a, double b) {
@@ -79,7 +79,7 @@ void expect_nothing_unsafe(std::uint64_t seed) {
   double largest_step = 0;
   std::set<S> seen[2];
   for (int round = 0; round < 20; ++round) {
-    PairOn<Drive> pair;
+    PairOn<Io> pair;
     const bool homing = round % 4 == 3, identification = round % 4 == 1;
     if (homing || identification) {
       for (StationParams* own : {&pair.master.own, &pair.slave.own}) {
@@ -94,8 +94,8 @@ void expect_nothing_unsafe(std::uint64_t seed) {
     pair.delay = static_cast<Nanoseconds>(uniform(0, 80)) * kMillisecond;
     pair.slave.axis.stiffness = uniform(0.2, 5);
     pair.slave.axis.rest[0] = pair.slave.axis.x[0] = uniform(-0.2, 0.2);
-    Unsafe<FourChannelCdobSdcv<Drive>> master;
-    Unsafe<FourChannel<Drive>> slave;
+    Unsafe<Io> master;
+    Unsafe<Io> slave;
     const auto fail = [&](auto& side) {
       switch (random() % 5) {
         case 0:
@@ -146,14 +146,14 @@ void expect_nothing_unsafe(std::uint64_t seed) {
   }
   std::printf("%d engagements of the slave, largest step on engaging %.2g mrad\n", engagements, 1e3 * largest_step);
   EXPECT_GT(engagements, 100);
-  const std::size_t states = Drive::kGivesTorque ? 10 : 9;  // behind an MCU nothing is identified
+  const std::size_t states = DriveOn<Io>::kGivesTorque ? 10 : 9;  // behind an MCU nothing is identified
   EXPECT_EQ(seen[0].size(), states);
   EXPECT_EQ(seen[1].size(), states - 1);  // the follower never aligns
 }
 
 TEST(Station, NothingUnsafeWhateverHappens) {
-  expect_nothing_unsafe<DirectDrive<1>>(21);
-  expect_nothing_unsafe<ReferenceDrive<1>>(22);
+  expect_nothing_unsafe<DirectIo<1>>(21);
+  expect_nothing_unsafe<ReferenceIo<1>>(22);
 }
 
 // A hand that takes the device 10 degrees away from where it holds: the spring of K_p/K_f asks for no more than
@@ -166,7 +166,7 @@ TEST(Station, APatientPullsAwayFromHoldingAgainstAFractionOfANewtonMetre) {
   pair.run(700);
   ASSERT_EQ(pair.slave.state(), S::kHolding);
   EXPECT_NEAR(pair.slave.trace().target.v[0], 0.0, 1e-12) << "what moved has come to rest";
-  const FourChannelGains& K = pair.slave.own.scene.drive.K;
+  const FourChannelGains& K = pair.slave.own.control.drive.K;
   const double start = pair.slave.axis.x[0], speed = 0.35, away = 10 * 0.0174533;
   double largest = 0;
   for (int k = 0; k < 3000; ++k) {
@@ -185,7 +185,7 @@ TEST(Station, APatientPullsAwayFromHoldingAgainstAFractionOfANewtonMetre) {
 // An encoder that counts from where it was switched on, and a stop at 0.3 rad.
 struct Lost {
   explicit Lost(double start) {
-    StationParams p = Side<FourChannel<DirectDrive<1>>>::params(Role::kFollower, 2);
+    StationParams p = Side<DirectIo<1>>::params(Role::kFollower, 2);
     p.engagement.homing = true;
     p.engagement.homing_timeout = 15 * kSecond;
     p.homing = {.stop = 0.3, .back = -0.1, .speed = 0.2, .torque = 0.15};
@@ -195,7 +195,7 @@ struct Lost {
   double counted_from, x, v = 0, torque = 0, stop_min = -0.3, largest = 0, fastest = 0;
   double stop_max = 0.3;
   bool connected = true;
-  std::optional<Station<FourChannel<DirectDrive<1>>>> station;
+  std::optional<OwnedStation<DirectIo<1>>> station;
   Nanoseconds now = 0;
 
   void run(int ticks, OperatorAct act = OperatorAct::kNone) {

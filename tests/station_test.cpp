@@ -65,7 +65,7 @@ TEST(Station, AReadingThatIsNoNumberCutsTheTorqueAtOnceAndForGood) {
 }
 
 TEST(Station, AReferenceDriveLetsGoOnAReadingThatIsNoNumber) {
-  Station<FourChannel<ReferenceDrive<1>>> station(Side<FourChannel<DirectDrive<1>>>::params(Role::kFollower, 2));
+  OwnedStation<ReferenceIo<1>> station(Side<DirectIo<1>>::params(Role::kFollower, 2));
   ReferenceDrive<1>::Sensed sensed{.x = Joints<1>(0.1), .f = Joints<1>(0.0), .valid = true};
   Packet<1> leader;
   leader.session = 1;
@@ -120,18 +120,18 @@ struct Continuity {
         largest_torque_step_at_change = std::max(largest_torque_step_at_change, (tau - torque).abs().maxCoeff());
       } else {
         double explained = own.maxCoeff() + (now.remote.x - last.remote.x).abs().maxCoeff() +
-                           1.5 * std::max(params.align_speed, left / params.blend_s) * params.scene.drive.dt_s;
+                           1.5 * std::max(params.align_speed, left / params.blend_s) * params.control.drive.dt_s;
         if (now.state == S::kEngaged) {
-          explained += std::abs(now.compensation.x_cdob - last.compensation.x_cdob) +
-                       std::abs(now.compensation.alpha - last.compensation.alpha) * std::abs(now.compensation.x_cdob);
+          explained += std::abs(now.law.x_cdob - last.law.x_cdob) +
+                       std::abs(now.law.alpha - last.law.alpha) * std::abs(now.law.x_cdob);
         }
         ASSERT_LE(dx.maxCoeff(), explained + 1e-9) << name_of(now.state);
       }
       largest_step = std::max(largest_step, dx.maxCoeff());
       // J_n (C_p, K_f) of what changed, the observer's share, the part of the law's torque that is handed over per
       // tick, the part of what the network asks that the patient's soft start is, and what a gap takes of it.
-      const FourChannelGains& K = params.scene.drive.K;
-      const AxisModel& model = params.scene.drive.model;
+      const FourChannelGains& K = params.control.drive.K;
+      const AxisModel& model = params.control.drive.model;
       const auto change = [](const Joints<1>& a, const Joints<1>& b) { return (a - b).abs().maxCoeff(); };
       const double d_x = change(now.target.x, last.target.x) + own.maxCoeff();
       const double d_v = change(now.target.v, last.target.v) + change(now.local.v, last.local.v);
@@ -144,8 +144,8 @@ struct Continuity {
       const double taken = std::abs(now.share - last.share);  // by a gap of the network, or given back
       const double explained = model.J_n * (K.K_p * d_x + K.K_d * d_v + K.K_f * d_f) +
                                change(now.local.f, last.local.f) + model.viscous * change(now.local.v, last.local.v) +
-                               (params.scene.drive.dt_s / 0.2) * wish +
-                               (params.scene.drive.dt_s / params.guard.limits.soft_start_s) * model.J_n * asked +
+                               (params.control.drive.dt_s / 0.2) * wish +
+                               (params.control.drive.dt_s / params.guard.limits.soft_start_s) * model.J_n * asked +
                                taken * model.J_n * (asked + K.K_d * now.local.v.abs().maxCoeff());
       ASSERT_LE((tau - torque).abs().maxCoeff(), explained + 1e-9) << name_of(last.state) << name_of(now.state);
     }
@@ -248,7 +248,7 @@ TEST(Station, AStreamThatResumesDoesNotTakeTheHandAgain) {
 TEST(Station, MissedTicksMakeNoSpike) {
   for (const double speed : {0.5, -0.5}) {
     for (const int missed : {2, 5, 30}) {
-      Station<FourChannel<DirectDrive<1>>> station(Side<FourChannel<DirectDrive<1>>>::params(Role::kLeader, 1));
+      OwnedStation<DirectIo<1>> station(Side<DirectIo<1>>::params(Role::kLeader, 1));
       Nanoseconds now = 0;
       const auto at = [&](int ticks) {
         now += ticks * kMillisecond;

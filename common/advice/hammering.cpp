@@ -41,7 +41,7 @@ bool hits_die_out(const scene::Scene& scene, const Contact& wall) {
     if (t >= kLate) late = std::max(late, speed);
     const Motion<1> local = drive.observe({Joints<1>(world.encoder())}, 1);
     remote.x[0] = t < kSent ? kBefore : kBehind;
-    torque = drive.follow(local, remote, true, 1).torque[0];
+    torque = drive.follow(local, remote, {}, 1).torque[0];
   }
   constexpr std::uint64_t kBounces = 5;
   constexpr double kRest = 1e-9;  // rad/s

@@ -51,30 +51,6 @@ Matching matching_of(scene::WaveMatching matching) {
   return matching == scene::BOTH_ENDS ? Matching::kBoth : Matching::kNone;
 }
 
-Architecture architecture_of(scene::Architecture architecture, Role role) {
-  const bool master = role == Role::kLeader;
-  switch (architecture) {
-    case scene::TWO_CHANNEL:
-      return master ? Architecture::kTwoChannelMaster : Architecture::kTwoChannelSlave;
-    case scene::WAVE:
-      return master ? Architecture::kWaveMaster : Architecture::kWaveSlave;
-    case scene::AUTOMATIC:
-      return master ? Architecture::kAuto : Architecture::kFourChannel;
-    case scene::FOUR_CHANNEL_TANK:
-      return Architecture::kTank;
-    case scene::TWO_CHANNEL_PO_PC:
-      return master ? Architecture::kPassiveMaster : Architecture::kPassiveSlave;
-    case scene::FOUR_CHANNEL_CDOB:
-      return master ? Architecture::kCdob : Architecture::kFourChannel;
-    case scene::FOUR_CHANNEL_CDOB_SDCV:
-      return master ? Architecture::kCdobSdcv : Architecture::kFourChannel;
-    case scene::MODEL_MEDIATED:
-      return master ? Architecture::kMediated : Architecture::kFourChannel;
-    default:
-      return Architecture::kFourChannel;
-  }
-}
-
 StationParams station_params(const scene::Scene& scene, Role role, const scene::Axis& axis,
                              const scene::PowerStage& stage, std::uint32_t session) {
   const scene::Control& c = scene.control();
@@ -82,24 +58,25 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
   const scene::Receive& r = scene.receive();
   StationParams p;
   p.role = role;
-  p.scene.drive = drive_params(scene, axis, stage);
-  p.scene.g_net = Cutoff::rad_s(c.g_net_rad_s());
-  p.scene.local_model = c.local_model() == scene::WITH_FORCE ? LocalModel::kWithForce : LocalModel::kThesis;
-  p.scene.sdcv = {.f_1 = c.f_1_nm(),
-                  .f_2 = c.f_2_nm(),
-                  .alpha_cutoff = Cutoff::rad_s(c.alpha_cutoff_rad_s()),
-                  .from_patient = c.sdcv_from_patient()};
-  p.scene.two_channel = {.K_2 = c.k_2_nm_per_rad(), .B_2 = c.b_2_nms_per_rad(), .B_slave = c.b_slave_nms_per_rad()};
-  p.scene.wave = {.b = c.wave_b_nms_per_rad(),
-                  .K_s = c.wave_k_s_nm_per_rad(),
-                  .B_s = c.wave_b_s_nms_per_rad(),
-                  .drift = c.wave_drift_per_s(),
-                  .matching = matching_of(c.wave_matching())};
-  p.scene.tank = {.level = c.tank_level_j(),
-                  .alpha = c.tank_alpha_nms_per_rad_j(),
-                  .rate = c.tank_rate_per_s(),
-                  .B_fast = c.tank_b_fast_nms_per_rad()};
-  p.architecture = architecture_of(scene.architecture(), role);
+  p.control.drive = drive_params(scene, axis, stage);
+  p.control.law.g_net = Cutoff::rad_s(c.g_net_rad_s());
+  p.control.law.local_model = c.local_model() == scene::WITH_FORCE ? LocalModel::kWithForce : LocalModel::kThesis;
+  p.control.law.sdcv = {.f_1 = c.f_1_nm(),
+                        .f_2 = c.f_2_nm(),
+                        .alpha_cutoff = Cutoff::rad_s(c.alpha_cutoff_rad_s()),
+                        .from_patient = c.sdcv_from_patient()};
+  p.control.law.two_channel = {
+      .K_2 = c.k_2_nm_per_rad(), .B_2 = c.b_2_nms_per_rad(), .B_slave = c.b_slave_nms_per_rad()};
+  p.control.law.wave = {.b = c.wave_b_nms_per_rad(),
+                        .K_s = c.wave_k_s_nm_per_rad(),
+                        .B_s = c.wave_b_s_nms_per_rad(),
+                        .drift = c.wave_drift_per_s(),
+                        .matching = matching_of(c.wave_matching())};
+  p.control.law.tank = {.level = c.tank_level_j(),
+                        .alpha = c.tank_alpha_nms_per_rad_j(),
+                        .rate = c.tank_rate_per_s(),
+                        .B_fast = c.tank_b_fast_nms_per_rad()};
+  p.architecture = scene::Architecture_Name(scene.architecture());
   p.receive.timeout = from_seconds(r.timeout_s());
   p.receive.playout_max = from_seconds(r.playout_max_s());
   p.receive.expiry = from_seconds(r.expiry_s());
@@ -128,7 +105,7 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
               .range_min = axis.range_min_rad(),
               .range_max = axis.range_max_rad()};
   if (scene.architecture() == scene::WAVE) {
-    const double b = p.scene.wave.b;
+    const double b = p.control.law.wave.b;
     p.intake.wave = (b * p.intake.velocity + p.intake.torque) / std::sqrt(2 * b);
   }
   p.align_speed = e.align_speed_rad_s();
@@ -232,16 +209,16 @@ PatientLimits patient_limits(const scene::Slave& slave) {
 StationParams master_station_params(const scene::Scene& scene, std::uint32_t session) {
   StationParams p = station_params(scene, Role::kLeader, scene.master().axis(), scene.master().power_stage(), session);
   p.scale = scale_of(scene);
-  p.scene.drive.K.K_f = master_K_f(scene);
-  p.scene.sdcv.f_1 *= p.scale.force;
-  p.scene.sdcv.f_2 *= p.scale.force;
+  p.control.drive.K.K_f = master_K_f(scene);
+  p.control.law.sdcv.f_1 *= p.scale.force;
+  p.control.law.sdcv.f_2 *= p.scale.force;
   p.identifying.resolution = count_rad(scene.master().motor().encoder_counts_per_rev());
-  p.scene.drive.person.power = scene.master().limits().power_w();
-  p.scene.drive.person.speed *= kUntilItIsSure;
-  p.scene.drive.person.free = true;
-  p.guard.plausibility = plausibility_of_master(scene, p.scene.drive);
-  p.scene.drive.resolution = p.guard.plausibility.resolution;
-  p.scene.drive.stiffest_nm_per_rad = p.guard.plausibility.hand_stiffness;
+  p.control.drive.person.power = scene.master().limits().power_w();
+  p.control.drive.person.speed *= kUntilItIsSure;
+  p.control.drive.person.free = true;
+  p.guard.plausibility = plausibility_of_master(scene, p.control.drive);
+  p.control.drive.resolution = p.guard.plausibility.resolution;
+  p.control.drive.stiffest_nm_per_rad = p.guard.plausibility.hand_stiffness;
   p.guard.oscillation = {.limit = scene.master().limits().shaking_limit_rad_s(),
                          .resolution = p.identifying.resolution,
                          .dt_s = scene.tick_s()};
@@ -251,14 +228,15 @@ StationParams master_station_params(const scene::Scene& scene, std::uint32_t ses
 StationParams slave_station_params(const scene::Scene& scene, std::uint32_t session) {
   const scene::Axis& axis = scene.slave().axis();
   StationParams p = station_params(scene, Role::kFollower, axis, scene.slave().power_stage(), session);
-  p.scene.drive.gate.acceleration = axis.acceleration_limit_rad_s2();
-  p.scene.drive.person.power = scene.slave().limits().power_w();
-  p.scene.tank.alpha = p.scene.tank.B_fast = 0.0;  // what the therapist does not feel does not tell him either
+  p.control.drive.gate.acceleration = axis.acceleration_limit_rad_s2();
+  p.control.drive.person.power = scene.slave().limits().power_w();
+  p.control.law.tank.alpha = p.control.law.tank.B_fast =
+      0.0;  // what the therapist does not feel does not tell him either
   p.identifying.resolution = count_rad(scene.slave().motor().encoder_counts_per_rev());
   p.guard.limits = patient_limits(scene.slave());
-  p.guard.plausibility = plausibility_of_slave(scene, p.scene.drive);
-  p.scene.drive.resolution = p.guard.plausibility.resolution;
-  p.scene.drive.stiffest_nm_per_rad = p.guard.plausibility.hand_stiffness;
+  p.guard.plausibility = plausibility_of_slave(scene, p.control.drive);
+  p.control.drive.resolution = p.guard.plausibility.resolution;
+  p.control.drive.stiffest_nm_per_rad = p.guard.plausibility.hand_stiffness;
   p.guard.oscillation = {
       .limit = scene.slave().shaking_limit_rad_s(), .resolution = count_rad(scene), .dt_s = scene.tick_s()};
   return p;

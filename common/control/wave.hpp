@@ -14,7 +14,7 @@
 //                                                              x_m^d - x_sd = 1/b int_0^t F_s + x_sd             (4.70)
 // which is half the motion and a drift under force.
 //
-// Packets carry the integral of the wave (common/scene/torque_scenes.hpp): what a lost packet would have said is in
+// Packets carry the integral of the wave (common/law/wave.hpp): what a lost packet would have said is in
 // the next one, so that neither loss nor jitter becomes a drift.
 #pragma once
 

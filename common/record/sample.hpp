@@ -21,11 +21,11 @@ inline StationSample sample_of(const TickTrace<1>& trace, const Receiver<1>& rec
   row.remote_f_nm = trace.remote.f[0];
   row.target_x_rad = trace.target.x[0];
   row.command_nm = trace.effort;
-  row.x_cdob_rad = trace.compensation.x_cdob;
-  row.alpha = trace.compensation.alpha;
-  row.energy_j = trace.energy;
-  row.friction_nm = trace.friction;
-  row.f_2_nm = trace.compensation.f_2;
+  row.x_cdob_rad = trace.law.x_cdob;
+  row.alpha = trace.law.alpha;
+  row.energy_j = trace.law.energy;
+  row.friction_nm = trace.law.friction;
+  row.f_2_nm = trace.law.f_2;
   row.playout_delay_s = to_seconds(trace.playout_depth);
   row.rtt_s = to_seconds(trace.rtt);
   row.limits = trace.limits;

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "common/runtime/any_station.hpp"
+#include "common/runtime/owned_station.hpp"
 #include "common/runtime/side.hpp"
 
 namespace farhand {
@@ -37,15 +37,15 @@ class SideOf final : public Side {
  public:
   template <class... Args>
   explicit SideOf(const StationParams& params, Args&&... axis_args)
-      : station_(make_station<typename A::Io>(params)), axis_(std::forward<Args>(axis_args)...) {
+      : station_(params), axis_(std::forward<Args>(axis_args)...) {
     if constexpr (TakesTorque<A>) axis_.power_stage(contract_of(params));
-    if constexpr (requires { axis_.ticks_every(0.001); }) axis_.ticks_every(params.scene.drive.dt_s);
+    if constexpr (requires { axis_.ticks_every(0.001); }) axis_.ticks_every(params.control.drive.dt_s);
   }
 
   Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act, int ticks) noexcept override {
     const typename A::Io::Sensed sensed = axis_.read(t_s);
     device_valid_ = sensed.valid;
-    const auto out = station_->tick(now, sensed, act, ticks);
+    const auto out = station_.tick(now, sensed, act, ticks);
     axis_.write(out.command, t_s);
     return out.packet;
   }
@@ -53,12 +53,12 @@ class SideOf final : public Side {
     if constexpr (requires { axis_.go_on(t_s); }) axis_.go_on(t_s);
     if constexpr (requires { axis_.port.go_on(t_s); }) axis_.port.go_on(t_s);
   }
-  Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return station_->receive(packet, now); }
+  Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return station_.receive(packet, now); }
 
-  bool carries_energy() const noexcept override { return station_->carries_energy(); }
+  bool carries_energy() const noexcept override { return station_.needs().account; }
 
-  const TickTrace<1>& trace() const noexcept override { return station_->trace(); }
-  const Receiver<1>& receiver() const noexcept override { return station_->receiver(); }
+  const TickTrace<1>& trace() const noexcept override { return station_.trace(); }
+  const Receiver<1>& receiver() const noexcept override { return station_.receiver(); }
   Truth truth() const noexcept override { return axis_.truth(); }
   SerialCounters serial_counters() const noexcept override {
     if constexpr (requires { axis_.counters(); }) {
@@ -75,7 +75,7 @@ class SideOf final : public Side {
  private:
   // Of a simulated drive it may be assumed; a real one does what it does, and nobody but its scene knows.
   static const TorqueHold& contract_of(const StationParams& params) {
-    const DriveParams& drive = params.scene.drive;
+    const DriveParams& drive = params.control.drive;
     if constexpr (TakesTorque<A> && !A::kSimulated) {
       if (!drive.power_stage_named) {
         const std::string side = params.role == Role::kLeader ? "master" : "slave";
@@ -88,7 +88,7 @@ class SideOf final : public Side {
     return drive.power_stage;
   }
 
-  std::unique_ptr<AnyStation<typename A::Io>> station_;
+  OwnedStation<typename A::Io> station_;
   A axis_;
   bool device_valid_ = false;
 };

@@ -14,7 +14,7 @@ class ChoiceNote {
  public:
   // Empty but for the ticks in which something was chosen; valid until the next call.
   std::string_view step(const TickTrace<1>& trace) noexcept {
-    const Chosen& now = trace.chosen;
+    const Chosen& now = trace.law.chosen;
     if (now.choice == choice_) return {};
     choice_ = now.choice;
     const char* name = choice_ == Choice::kMediated ? "model-mediated" : "plain four channels";

@@ -14,6 +14,12 @@
 
 namespace farhand {
 
+// How a motion is to be followed.
+struct Wanted {
+  bool driven = true;      // else gravity is compensated and nothing else
+  bool as_torque = false;  // it is wanted for its torque: Wish
+};
+
 // Ticks across which observers go on; after a longer gap they start from the reading, at rest.
 inline constexpr int kLongestGap = 100;
 
@@ -48,8 +54,8 @@ class DirectDrive {
   // what its contract says.
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept;
 
-  // After observe() of the same tick. Not driven, gravity is compensated and nothing else.
-  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept;
+  // After observe() of the same tick.
+  Command follow(const Motion<N>& local, const Motion<N>& target, Wanted wanted, int ticks) noexcept;
 
   // Nothing, at once: what a fault leaves.
   Command safe() noexcept;
@@ -127,23 +133,19 @@ class ReferenceDrive {
     return {sensed.x, ticks > 1 ? derivative_.across(sensed.x, ticks) : derivative_.step(sensed.x), sensed.f};
   }
 
-  // What is followed in this tick is wanted for its torque, which the device is to give.
-  void ask_for_torque() noexcept { asks_torque_ = true; }
-
   // As a torque, what the target still is away from here (it fades in) is the spring by which the device would follow.
-  Command follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept {
-    const bool torque = std::exchange(asks_torque_, false);
-    if (!driven) {
+  Command follow(const Motion<N>& local, const Motion<N>& target, Wanted wanted, int ticks) noexcept {
+    if (!wanted.driven) {
       gate_.reset(local.x);
       return {.reference = gate_.applied()};
     }
-    if (!torque) return {.track = true, .reference = gate_.pass(target, ticks)};
+    if (!wanted.as_torque) return {.track = true, .reference = gate_.pass(target, ticks)};
     const Motion<N> wish = {target.x, target.v, target.f - spring_ * (target.x - local.x)};
     return {.track = true, .gives_torque = true, .reference = gate_.pass(wish, ticks)};
   }
 
   Command safe() noexcept {
-    asks_torque_ = bounded_ = false;
+    bounded_ = false;
     return {.stop = true, .reference = gate_.applied()};
   }
 
@@ -163,8 +165,21 @@ class ReferenceDrive {
   Derivative<N> derivative_;
   ReferenceGate<N> gate_;
   double spring_;  // N m/rad
-  bool asks_torque_ = false, bounded_ = false;
+  bool bounded_ = false;
 };
+
+template <class Io>
+struct DriveOf;
+template <int N>
+struct DriveOf<DirectIo<N>> {
+  using Drive = DirectDrive<N>;
+};
+template <int N>
+struct DriveOf<ReferenceIo<N>> {
+  using Drive = ReferenceDrive<N>;
+};
+template <class Io>
+using DriveOn = typename DriveOf<Io>::Drive;
 
 extern template class DirectDrive<1>;
 

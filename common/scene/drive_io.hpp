@@ -34,6 +34,7 @@ struct DeviceReadings {
 // A motor that takes a torque.
 template <int N>
 struct DirectIo {
+  static constexpr int kJoints = N;
   struct Sensed {
     Joints<N> x = Joints<N>::Zero();  // rad
     bool valid = true;                // false: the device cannot be read
@@ -49,6 +50,7 @@ struct DirectIo {
 // An axis behind its own controller, which takes the motion to follow, or a torque.
 template <int N>
 struct ReferenceIo {
+  static constexpr int kJoints = N;
   struct Sensed {
     Joints<N> x = Joints<N>::Zero();  // rad
     Joints<N> f = Joints<N>::Zero();  // reaction, N m

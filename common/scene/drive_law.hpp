@@ -88,12 +88,12 @@ Joints<N> DirectDrive<N>::doubted(Joints<N> wish) const noexcept {
 }
 
 template <int N>
-auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, bool driven, int ticks) noexcept
+auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, Wanted wanted, int ticks) noexcept
     -> Command {
-  authority_ = std::clamp(authority_ + (driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
+  authority_ = std::clamp(authority_ + (wanted.driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
   const Joints<N> asked = four_channel(K_, local, target);
   const Joints<N> a_ref = bound_.step(asked, local, gate_.applied(), dob_.value());
-  const std::uint32_t limits_before = std::exchange(limits_, driven ? bound_.active() : 0u);
+  const std::uint32_t limits_before = std::exchange(limits_, wanted.driven ? bound_.active() : 0u);
   const Joints<N> free = model_.J_n * a_ref + dob_.value();
   const Joints<N> wish = (limits_before | (stuck_.stood() > 1 ? limits_ : 0u)) != 0 ? doubted(free) : free;
   // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.

@@ -10,7 +10,7 @@ namespace farhand {
 
 // Its range and torque are not those of work: where the range is, is yet to be found.
 inline GateParams homing_gate(const StationParams& params) noexcept {
-  const DriveParams& drive = params.scene.drive;
+  const DriveParams& drive = params.control.drive;
   GateParams gate = drive.gate;
   gate.torque = std::min(gate.torque, 2 * params.homing.torque + drive.model.gravity + drive.model.coulomb);
   gate.velocity = 2 * params.homing.speed;
@@ -20,7 +20,7 @@ inline GateParams homing_gate(const StationParams& params) noexcept {
 }
 
 inline GateParams identifying_gate(const StationParams& params) noexcept {
-  const DriveParams& drive = params.scene.drive;
+  const DriveParams& drive = params.control.drive;
   GateParams gate = drive.gate;
   gate.torque = std::min(gate.torque, params.identifying.torque + drive.model.gravity);
   return gate;

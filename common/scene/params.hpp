@@ -1,8 +1,11 @@
 // The settings of a station and of what is in it, apart from the code that they set.
 #pragma once
 
+#include <string_view>
+
 #include "common/control/params.hpp"
 #include "common/control/patient_limits.hpp"
+#include "common/law/params.hpp"
 #include "common/link/receiver_params.hpp"
 #include "common/observer/axis_model.hpp"
 #include "common/observer/oscillation.hpp"
@@ -31,14 +34,10 @@ struct DriveParams {
   double dt_s = 1e-3;
 };
 
-struct SceneParams {
+// What moves an axis: its drive, and the law above it.
+struct ControlParams {
   DriveParams drive;
-  Cutoff g_net = Cutoff::rad_s(1000.0);
-  LocalModel local_model = LocalModel::kThesis;
-  SdcvParams sdcv;
-  TwoChannelParams two_channel;
-  WaveParams wave;
-  TankParams tank;
+  LawParams law;
 };
 
 // What the patient's side allows, whatever the network asks (common/scene/patient_guard.hpp).
@@ -46,22 +45,6 @@ struct GuardParams {
   PatientLimits limits;
   PlausibilityParams plausibility;
   OscillationParams oscillation;
-};
-
-// What a station does. Under every compensation the patient's side is plain four channels.
-enum class Architecture : std::uint8_t {
-  kFourChannel,
-  kCdob,
-  kCdobSdcv,
-  kMediated,
-  kTwoChannelMaster,
-  kTwoChannelSlave,
-  kWaveMaster,
-  kWaveSlave,
-  kAuto,
-  kTank,
-  kPassiveMaster,
-  kPassiveSlave,
 };
 
 // Where the sides differ in size, what crosses the network is the slave's, and the master's station converts.
@@ -83,9 +66,9 @@ struct Scale {
 
 struct StationParams {
   Role role = Role::kLeader;
-  Scale scale;  // the leader's only
-  Architecture architecture = Architecture::kFourChannel;
-  SceneParams scene;
+  Scale scale;                                     // the leader's only
+  std::string_view architecture = "FOUR_CHANNEL";  // common/law/architectures.hpp
+  ControlParams control;
   ReceiverParams receive;
   IntakeParams intake;
   EngagementParams engagement;

@@ -2,13 +2,7 @@
 
 namespace farhand {
 
-template class Station<FourChannel<DirectDrive<1>>>;
-template class Station<FourChannel<ReferenceDrive<1>>>;
-template class Station<FourChannelCdob<DirectDrive<1>>>;
-template class Station<FourChannelCdob<ReferenceDrive<1>>>;
-template class Station<FourChannelCdobSdcv<DirectDrive<1>>>;
-template class Station<FourChannelCdobSdcv<ReferenceDrive<1>>>;
-template class Station<FourChannelMediated<DirectDrive<1>>>;
-template class Station<FourChannelMediated<ReferenceDrive<1>>>;
+template class Station<DirectIo<1>>;
+template class Station<ReferenceIo<1>>;
 
 }  // namespace farhand

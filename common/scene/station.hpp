@@ -1,75 +1,75 @@
-// One side of the teleoperator, pure: a scene, the receiver of the peer's motion and the state machine. Time, readings
-// and packets are arguments; the command and the next packet are results. The same class runs in the programs and in
-// virtual time.
+// One side of the teleoperator, pure: a law on a drive, the receiver of the peer's motion and the state machine. Time,
+// readings and packets are arguments; the command and the next packet are results. The same class runs in the programs
+// and in virtual time.
 //
-// Order within a tick: read -> observe -> play out the peer -> intake gate -> guard -> decide the state -> motion to
-// follow -> law -> bound at the person -> last gate -> send.
+// Order within a tick: read -> observe -> play out the peer -> intake gate -> guard -> decide the state -> law ->
+// motion to follow -> bound at the person -> last gate -> send.
 #pragma once
 
 #include <algorithm>
 
 #include "common/control/intake.hpp"
+#include "common/law/law.hpp"
 #include "common/link/receiver.hpp"
 #include "common/scene/after_gap.hpp"
-#include "common/scene/auto_scene.hpp"
 #include "common/scene/blend.hpp"
+#include "common/scene/drive.hpp"
 #include "common/scene/engagement.hpp"
-#include "common/scene/four_channel.hpp"
 #include "common/scene/identifying.hpp"
 #include "common/scene/last_word.hpp"
 #include "common/scene/led_gates.hpp"
 #include "common/scene/missed_ticks.hpp"
 #include "common/scene/network_meter.hpp"
-#include "common/scene/passive_scenes.hpp"
 #include "common/scene/patient_guard.hpp"
 #include "common/scene/tick_trace.hpp"
-#include "common/scene/torque_scenes.hpp"
 
 namespace farhand {
 
-template <class S>
+// Io: DirectIo or ReferenceIo, of so many joints.
+template <class Io>
 class Station {
  public:
-  using Scene = S;
-  using Drive = typename S::Drive;
-  static constexpr int N = S::N;
-  static constexpr bool kKeepsAccount = requires(const S& scene) { scene.energy_sent(); };
-  static constexpr bool kChooses = requires(const S& scene) { scene.chosen(); };
+  static constexpr int N = Io::kJoints;
+  using Drive = DriveOn<Io>;
+  using Sensed = typename Io::Sensed;
 
   struct Output {
-    typename Drive::Command command;
+    typename Io::Command command;
     Packet<N> packet;
   };
 
-  // identifying: where the scene asks for it, and the device takes a torque; outlives the station.
-  explicit Station(const StationParams& p, Identifying* identifying = nullptr)
+  // law, and identifying where the scene asks for it and the device takes a torque: both outlive the station.
+  Station(const StationParams& p, Law<N>& law, Identifying* identifying = nullptr)
       : params_(p),
-        dt_s_(p.scene.drive.dt_s),
-        scene_(p.scene),
+        dt_s_(p.control.drive.dt_s),
+        law_(law),
+        drive_(p.control.drive),
         receiver_(p.receive, p.session),
-        intake_(p.intake, p.scene.drive.dt_s),
+        intake_(p.intake, p.control.drive.dt_s),
         engagement_(p.role, where_it_can(p.engagement, identifying)),
-        homing_(p.homing, p.scene.drive.K, p.scene.drive.dt_s),
+        homing_(p.homing, p.control.drive.K, p.control.drive.dt_s),
         identifying_(identifying),
-        after_gap_(p.scene.drive.dt_s),
-        own_ticks_(p.scene.drive.dt_s),
-        peer_ticks_(p.scene.drive.dt_s),
-        last_word_(p.scene.drive.dt_s, p.intake.wave > 0.0),
+        after_gap_(p.control.drive.dt_s),
+        own_ticks_(p.control.drive.dt_s),
+        peer_ticks_(p.control.drive.dt_s),
+        last_word_(p.control.drive.dt_s, p.intake.wave > 0.0),
         blend_(p.blend_s, p.align_speed),
-        network_(p.scene.drive.dt_s) {
+        meter_(p.control.drive.dt_s) {
     if (p.role == Role::kFollower) {
-      guard_.emplace(p.guard, p.scene.drive);
+      guard_.emplace(p.guard, p.control.drive);
     } else {
       watch_.emplace(p.guard);
     }
   }
 
+  Station(const Station&) = delete;
+  Station& operator=(const Station&) = delete;
+
   // A packet arrived at `now` (local monotonic clock).
   Receipt receive(const Packet<N>& packet, Nanoseconds now) noexcept { return receiver_.accept(packet, now); }
 
   // ticks: control periods since the last call, 1 unless some were missed.
-  Output tick(Nanoseconds now, const typename Drive::Sensed& read, OperatorAct act = OperatorAct::kNone,
-              int ticks = 1) noexcept;
+  Output tick(Nanoseconds now, const Sensed& read, OperatorAct act = OperatorAct::kNone, int ticks = 1) noexcept;
 
   const TickTrace<N>& trace() const noexcept { return trace_; }
   const Receiver<N>& receiver() const noexcept { return receiver_; }
@@ -89,35 +89,38 @@ class Station {
 
   // A reading that lies further outside of the range of motion than half its width is none of this device.
   bool in_range() const noexcept {
-    const GateParams& gate = params_.scene.drive.gate;
+    const GateParams& gate = params_.control.drive.gate;
     const double room = 0.5 * (gate.range_max - gate.range_min);
     return (trace_.local.x >= gate.range_min - room && trace_.local.x <= gate.range_max + room).all();
   }
 
-  // For scenes that choose by it.
+  // For laws that choose by it; nothing while a gap still counts.
   void measure_network(int ticks) noexcept {
-    if constexpr (kChooses) {
-      network_.step(receiver_.counters(), ticks, after_gap_.settled());
-      trace_.chosen = scene_.chosen();
-      if (!after_gap_.settled()) return;
-      scene_.network({.round_trip = to_seconds(trace_.rtt > 0 ? trace_.rtt + 2 * trace_.playout_depth : 0),
-                      .loss = network_.loss()},
-                     ticks);
-      trace_.chosen = scene_.chosen();
-    }
+    meter_.step(receiver_.counters(), ticks, after_gap_.settled());
+    network_ = {.round_trip = to_seconds(trace_.rtt > 0 ? trace_.rtt + 2 * trace_.playout_depth : 0),
+                .loss = meter_.loss()};
+    inputs_.network = after_gap_.settled() ? &network_ : nullptr;
   }
 
-  // Of the energy that went through the port since the last tick, for scenes that keep account of it.
+  // Of the energy that went through the port since the last tick, for laws that keep account of it.
   void keep_account(const Joints<N>& moved, int ticks) noexcept {
-    if constexpr (kKeepsAccount) {
-      const double told = receiver_.newest().energy * params_.scale.force / params_.scale.position;
-      scene_.keep({.torque = scene_.drive.acting(trace_.local),
-                   .acted = scene_.drive.acted_share(),
-                   .moved = moved,
-                   .received = receiver_.heard() ? intake_.energy(told, driven(), ticks) : 0.0,
-                   .engaged = trace_.state == StationState::kEngaged,
-                   .ticks = ticks});
-    }
+    const double told = receiver_.newest().energy * params_.scale.force / params_.scale.position;
+    inputs_.account = {.torque = drive_.acting(trace_.local),
+                       .acted = drive_.acted_share(),
+                       .moved = moved,
+                       .received = receiver_.heard() ? intake_.energy(told, driven(), ticks) : 0.0,
+                       .engaged = trace_.state == StationState::kEngaged};
+  }
+
+  // After the state is decided: what the law wishes.
+  void ask_law(Elapsed since) noexcept {
+    inputs_.local = trace_.local;
+    inputs_.received = trace_.remote;
+    inputs_.since = since;
+    inputs_.engaged = trace_.state == StationState::kEngaged;
+    if (changed_ && inputs_.engaged) law_.start(inputs_);
+    wish_ = law_.step(inputs_);
+    trace_.law = law_.signals();
   }
 
   // Of the motion to follow, what is left after a gap. A hand is damped meanwhile; the therapist does not feel it.
@@ -135,10 +138,10 @@ class Station {
   Motion<N> own_motion() const noexcept { return {trace_.local.x, trace_.local.v, -trace_.local.f}; }
 
   // continues: this reading counts from where the last one did.
-  void guard(const typename Drive::Sensed& sensed, bool continues, OperatorAct act, int ticks) noexcept {
+  void guard(const Sensed& sensed, bool continues, OperatorAct act, int ticks) noexcept {
     const GuardInputs<N> in{.local = trace_.local,
                             .reference = followed_,
-                            .torque = scene_.drive.torque(),
+                            .torque = drive_.torque(),
                             .gives_torque = Drive::kGivesTorque,
                             .device = sensed.device,
                             .driven = driven(),
@@ -153,13 +156,13 @@ class Station {
     } else {
       verdict_ = {};
       watch_->step(in, verdict_);
-      const double spared = scene_.drive.spared() != 0 ? 1.0 : 0.0;
+      const double spared = drive_.spared() != 0 ? 1.0 : 0.0;
       spared_ = in.engaged ? spared_ + std::min(1.0, dt_s_ * ticks / kSpared) * (spared - spared_) : 0.0;
       verdict_.hold = spared_ > 0.5;
     }
   }
 
-  void decide(Nanoseconds now, const typename Drive::Sensed& sensed, OperatorAct act, bool peer_known) noexcept {
+  void decide(Nanoseconds now, const Sensed& sensed, OperatorAct act, bool peer_known) noexcept {
     const double offset = (trace_.local.x - trace_.remote.x).abs().maxCoeff();
     EngagementInputs in;
     in.act = act;
@@ -169,7 +172,7 @@ class Station {
     in.device_valid = sensed.valid;
     in.finite = !sensed.valid || sensed.finite();
     in.in_range = params_.engagement.homing || in_range();
-    in.at_rest = scene_.drive.at_rest(sensed);
+    in.at_rest = drive_.at_rest(sensed);
     if constexpr (requires { sensed.line; }) in.line = sensed.line;
     in.homing = homing_.progress();
     if (identifying_ != nullptr) in.identifying = identifying_->progress();
@@ -183,7 +186,6 @@ class Station {
     changed_ = trace_.state != before;
     if (!changed_) return;
     x_hold_ = trace_.local.x;
-    if (trace_.state == StationState::kEngaged) scene_.start(trace_.local, trace_.remote);
     if (trace_.state == StationState::kHoming) begin_homing();
     if (before == StationState::kHoming) end_homing();
     if (trace_.state == StationState::kIdentifying) begin_identifying();
@@ -192,11 +194,11 @@ class Station {
 
   void begin_homing() noexcept {
     homing_.begin(trace_.local.x[0]);
-    scene_.drive.limit(homing_gate(params_));
+    drive_.limit(homing_gate(params_));
   }
 
   void end_homing() noexcept {
-    scene_.drive.limit(params_.scene.drive.gate);
+    drive_.limit(params_.control.drive.gate);
     if (engagement_.reason() != Reason::kHomed) return;
     zero_ += homing_.zero();
     trace_.local.x += homing_.zero();
@@ -206,27 +208,27 @@ class Station {
 
   void begin_identifying() noexcept {
     identifying_->begin(trace_.local.x[0]);
-    scene_.drive.limit(identifying_gate(params_));
+    drive_.limit(identifying_gate(params_));
   }
 
   void end_identifying() noexcept {
-    scene_.drive.limit(params_.scene.drive.gate);
+    drive_.limit(params_.control.drive.gate);
     trace_.misfit = engagement_.reason() == Reason::kAnotherAxis ? identifying_->misfit() : Misfit::kNone;
   }
 
   // The motion to follow, before blending.
-  Motion<N> choose(Elapsed since) noexcept {
+  Motion<N> choose(int ticks) noexcept {
     switch (trace_.state) {
       case StationState::kEngaged:
-        return scene_.target(trace_.local, trace_.remote, since);
+        return wish_.follow;
       case StationState::kAligning:  // stiff: the position alone counts
         return {trace_.remote.x, trace_.remote.v, -trace_.local.f};
       case StationState::kHolding:  // a spring of K_p / K_f N m/rad around here, so that the patient can push away
         return {x_hold_, Joints<N>::Zero(), Joints<N>::Zero()};
       case StationState::kHoming:
-        return homing_.step(trace_.local, since.ticks);
+        return homing_.step(trace_.local, ticks);
       case StationState::kIdentifying:
-        return identifying_->step(trace_.local, since.ticks);
+        return identifying_->step(trace_.local, ticks);
       case StationState::kOff:
       case StationState::kSelfTest:
       case StationState::kReady:
@@ -258,17 +260,14 @@ class Station {
     packet.expiry_ms = params_.expiry_ms;
     packet.state = trace_.state;
     packet.limits = trace_.limits;
-    if constexpr (requires { scene_.outgoing(trace_.local); }) {
-      packet.motion = params_.scale.to_peer(scene_.outgoing(trace_.local));
-    } else {
-      packet.motion = params_.scale.to_peer(trace_.local);
-    }
-    if constexpr (kKeepsAccount) packet.energy = scene_.energy_sent() * params_.scale.position / params_.scale.force;
+    packet.motion = params_.scale.to_peer(Motion<N>{wish_.tell.x, wish_.tell.v, wish_.tell.u});
+    if (law_.needs().account) packet.energy = wish_.energy * params_.scale.position / params_.scale.force;
   }
 
   StationParams params_;
   double dt_s_;
-  S scene_;
+  Law<N>& law_;
+  Drive drive_;
   Receiver<N> receiver_;
   Intake<N> intake_;
   Engagement engagement_;
@@ -280,7 +279,10 @@ class Station {
   LastWord<N> last_word_;
   Nanoseconds shown_ = 0;  // content time, on the peer's clock
   Blend<N> blend_;
-  NetworkMeter network_;
+  NetworkMeter meter_;  // where the law needs it
+  NetworkNow network_;
+  LawInputs<N> inputs_;
+  Wish<N> wish_;
   std::optional<PatientGuard<N>> guard_;  // the follower's only
   std::optional<AxisWatch<N>> watch_;     // the leader's; the guard has its own
   GuardVerdict verdict_;
@@ -296,19 +298,18 @@ class Station {
   double spared_ = 0.0;  // the leader's only, share of the ticks
 };
 
-template <class S>
-auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, OperatorAct act, int ticks) noexcept
-    -> Output {
-  std::optional<typename Drive::Sensed> homed;
+template <class Io>
+auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int ticks) noexcept -> Output {
+  std::optional<Sensed> homed;
   if (zero_ != 0.0) (homed = read)->x += zero_;
-  const typename Drive::Sensed& sensed = homed ? *homed : read;
+  const Sensed& sensed = homed ? *homed : read;
   const bool usable = sensed.valid && sensed.finite();
   const int gap = own_ticks_.since_last(now, ticks);
   Motion<N>& local = trace_.local;
   const Joints<N> x_before = local.x;
   if (usable) {
-    if (!was_usable_) scene_.drive.reset(sensed);
-    local = scene_.drive.observe(sensed, gap);
+    if (!was_usable_) drive_.reset(sensed);
+    local = drive_.observe(sensed, gap);
   }
   const bool continues = usable && was_usable_;
   was_usable_ = usable;
@@ -323,25 +324,26 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   }
   after_gap_.step(played.any && played.held && played.content_time == shown_, gap,
                   peer_ticks_.missed_s(receiver_.newest()), trace_.state == StationState::kEngaged,
-                  scene_.drive.acted_share());
+                  drive_.acted_share());
   shown_ = played.content_time;
   if (played.any) trace_.remote = last_word_.step(trace_.remote, after_gap_.silent_s());
   trace_.cuts = intake_.cuts();
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
 
-  if constexpr (kKeepsAccount) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
-  if constexpr (kChooses) measure_network(ticks);
+  if (law_.needs().account) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
+  if (law_.needs().network) measure_network(ticks);
   guard(sensed, continues, act, ticks);
   decide(now, sensed, act, played.any);
-  const Motion<N> source = choose({.ticks = ticks,
-                                   .held = played.held,
-                                   .rested = after_gap_.rested(),
-                                   .settled = after_gap_.settled(),
-                                   .calm = after_gap_.calm(),
-                                   .silent_s = after_gap_.silent_s(),
-                                   .acting = after_gap_.acting(),
-                                   .peers_acting = after_gap_.peers_acting()});
+  ask_law({.ticks = ticks,
+           .held = played.held,
+           .rested = after_gap_.rested(),
+           .settled = after_gap_.settled(),
+           .calm = after_gap_.calm(),
+           .silent_s = after_gap_.silent_s(),
+           .acting = after_gap_.acting(),
+           .peers_acting = after_gap_.peers_acting()});
+  const Motion<N> source = choose(ticks);
   const Asks asks = asks_of(trace_.state);
   if (asks == Asks::kNothing) {
     trace_.target = source;
@@ -356,10 +358,7 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
   }
   x_source_ = source.x;
   gap_ = played.held ? kAfterGap : std::max(gap_ - ticks, 0);
-  trace_.compensation = scene_.compensation();
   trace_.share = after_gap_.share();
-  if constexpr (kKeepsAccount) trace_.energy = scene_.energy();
-  if constexpr (requires { scene_.friction(); }) trace_.friction = scene_.friction();
 
   // What the station leads by itself has its own gate: no peer counts in it.
   const bool led = trace_.state == StationState::kHoming || trace_.state == StationState::kIdentifying;
@@ -371,45 +370,23 @@ auto Station<S>::tick(Nanoseconds now, const typename Drive::Sensed& read, Opera
     followed_ = yielding(local, after_gap(trace_.target), verdict_.gain);
   }
 
+  const Wanted wanted{.driven = asks == Asks::kMotion, .as_torque = inputs_.engaged && wish_.as_torque};
   Output out;
-  out.command = usable && asks != Asks::kNothing ? scene_.drive.follow(local, followed_, asks == Asks::kMotion, ticks)
-                                                 : scene_.drive.safe();
+  out.command = usable && asks != Asks::kNothing ? drive_.follow(local, followed_, wanted, ticks) : drive_.safe();
   if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
-  if (trace_.state == StationState::kIdentifying) identifying_->sample(local.x[0], scene_.drive.torque()[0], ticks);
-  trace_.limits = scene_.drive.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
+  if (trace_.state == StationState::kIdentifying) identifying_->sample(local.x[0], drive_.torque()[0], ticks);
+  trace_.limits = drive_.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
   // Who cuts what a peer says, or what its torque does, warns of it at the latest now.
-  const std::uint32_t cut = played.any ? intake_.active() | scene_.drive.spared() : scene_.drive.spared();
+  const std::uint32_t cut = played.any ? intake_.active() | drive_.spared() : drive_.spared();
   trace_.limits |= cut | cut << kWarningShift | verdict_.limits | verdict_.warnings << kWarningShift;
   trace_.shaking = verdict_.shaking;
-  trace_.effort = scene_.drive.torque()[0];
+  trace_.effort = drive_.torque()[0];
   fill(out.packet, now);
   return out;
 }
 
 // Compiled once, in station.cpp, so that an edit of a law rebuilds little.
-extern template class Station<FourChannel<DirectDrive<1>>>;
-extern template class Station<FourChannel<ReferenceDrive<1>>>;
-extern template class Station<FourChannelCdob<DirectDrive<1>>>;
-extern template class Station<FourChannelCdob<ReferenceDrive<1>>>;
-extern template class Station<FourChannelCdobSdcv<DirectDrive<1>>>;
-extern template class Station<FourChannelCdobSdcv<ReferenceDrive<1>>>;
-extern template class Station<FourChannelMediated<DirectDrive<1>>>;
-extern template class Station<FourChannelMediated<ReferenceDrive<1>>>;
-extern template class Station<FourChannelAuto<DirectDrive<1>>>;
-extern template class Station<FourChannelAuto<ReferenceDrive<1>>>;
-extern template class Station<FourChannelTank<DirectDrive<1>>>;
-extern template class Station<FourChannelTank<ReferenceDrive<1>>>;
-extern template class Station<PassiveMaster<DirectDrive<1>>>;
-extern template class Station<PassiveSlave<DirectDrive<1>>>;
-extern template class Station<PassiveMaster<ReferenceDrive<1>>>;
-extern template class Station<PassiveSlave<ReferenceDrive<1>>>;
-extern template class Station<TwoChannelMaster<DirectDrive<1>>>;
-extern template class Station<TwoChannelMaster<ReferenceDrive<1>>>;
-extern template class Station<TwoChannelSlave<DirectDrive<1>>>;
-extern template class Station<TwoChannelSlave<ReferenceDrive<1>>>;
-extern template class Station<WaveMaster<DirectDrive<1>>>;
-extern template class Station<WaveMaster<ReferenceDrive<1>>>;
-extern template class Station<WaveSlave<DirectDrive<1>>>;
-extern template class Station<WaveSlave<ReferenceDrive<1>>>;
+extern template class Station<DirectIo<1>>;
+extern template class Station<ReferenceIo<1>>;
 
 }  // namespace farhand

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string_view>
 
 #include "common/scene/params.hpp"
 
@@ -31,10 +32,14 @@ class BareLaw {
 inline constexpr const char* kNoBareLaw =
     "the bare loop knows plain four channels, with CDOB and with SDCV; this architecture runs in whole sessions only";
 
-// The product's blocks.
-std::unique_ptr<BareLaw<double>> make_block_law(Architecture architecture, const SceneParams& params);
+// Under every compensation the patient's side is plain four channels. Throws std::invalid_argument for what no bare
+// loop knows.
+std::string_view bare_law_of(std::string_view architecture, Role role);
+
+// The product's blocks: the master of this architecture.
+std::unique_ptr<BareLaw<double>> make_block_law(std::string_view architecture, const ControlParams& params);
 // The same by hand, in any scalar.
 template <class T>
-std::unique_ptr<BareLaw<T>> make_plain_law(Architecture architecture, const SceneParams& params);
+std::unique_ptr<BareLaw<T>> make_plain_law(std::string_view architecture, const ControlParams& params);
 
 }  // namespace farhand

@@ -43,7 +43,7 @@ template <class T>
 class OrthosisSide {
  public:
   using Real = T;
-  OrthosisSide(const SceneParams& params, const mcu::McuSettings& loops, std::unique_ptr<BarePlant<T>> plant)
+  OrthosisSide(const ControlParams& params, const mcu::McuSettings& loops, std::unique_ptr<BarePlant<T>> plant)
       : station_(params), law_(loops), loop_hz_(loops.loop_hz), plant_(std::move(plant)) {
     station_.reset(plant_->angle());
     law_.start(plant_->angle(), static_cast<T>(loops.spring) * (plant_->motor_angle() - plant_->angle()));
@@ -73,9 +73,9 @@ class OrthosisSide {
 template <class T>
 DirectSide<T> direct_side(const StationParams& params, std::unique_ptr<BarePlant<T>> plant) {
   if constexpr (std::same_as<T, double>) {
-    return {make_block_law(params.architecture, params.scene), std::move(plant)};
+    return {make_block_law(bare_law_of(params.architecture, params.role), params.control), std::move(plant)};
   } else {
-    return {make_plain_law<T>(params.architecture, params.scene), std::move(plant)};
+    return {make_plain_law<T>(bare_law_of(params.architecture, params.role), params.control), std::move(plant)};
   }
 }
 
@@ -120,7 +120,7 @@ std::unique_ptr<BareRun> run_of(const scene::Scene& scene, const BareChoice& cho
   auto plant = make_bare_slave<T>(scene, choice);
   if (scene.slave().device() == scene::SERIES_ELASTIC)
     return std::make_unique<RunOf<T, OrthosisSide<T>>>(
-        scene, choice, OrthosisSide<T>(params.scene, emulator_params(scene).mcu, std::move(plant)));
+        scene, choice, OrthosisSide<T>(params.control, emulator_params(scene).mcu, std::move(plant)));
   return std::make_unique<RunOf<T, DirectSide<T>>>(scene, choice, direct_side(params, std::move(plant)));
 }
 

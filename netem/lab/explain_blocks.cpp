@@ -1,16 +1,17 @@
 #include "netem/lab/explain_blocks.hpp"
 
 #include "common/control/cdob.hpp"
-#include "common/control/chooser.hpp"
+#include "common/control/energy_tank.hpp"
 #include "common/control/four_channel.hpp"
 #include "common/control/limits.hpp"
 #include "common/control/mediator.hpp"
+#include "common/control/passivity.hpp"
 #include "common/control/sdcv.hpp"
 #include "common/control/two_channel.hpp"
 #include "common/control/wave.hpp"
+#include "common/law/chooser.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/scene/blend.hpp"
-#include "common/scene/passive_scenes.hpp"
 #include "common/scene/patient_guard.hpp"
 #include "common/signal/derivative.hpp"
 #include "netem/lab/measure.hpp"
@@ -56,7 +57,7 @@ Cost part_of_rtob(const BlockInputs& in, const DriveParams& d, BlockId id) {
 }  // namespace
 
 Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
-  const DriveParams& d = p.scene.drive;
+  const DriveParams& d = p.control.drive;
   switch (id) {
     case BlockId::kVelocity: {
       Derivative<1> velocity(d.g_v, d.dt_s);
@@ -75,14 +76,14 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
     case BlockId::kLaw:
       return each_tick(in, [&](std::size_t k) { keep(four_channel(d.K, local(in, k), remote(in, k))); });
     case BlockId::kCdob: {
-      Cdob<1> cdob(d.K, p.scene.g_net, p.scene.local_model, d.dt_s);
+      Cdob<1> cdob(d.K, p.control.law.g_net, p.control.law.local_model, d.dt_s);
       return each_tick(in, [&](std::size_t k) {
         cdob.step(local(in, k), remote(in, k));
         keep(cdob);
       });
     }
     case BlockId::kSdcv: {
-      Sdcv<1> sdcv(p.scene.sdcv, d.dt_s);
+      Sdcv<1> sdcv(p.control.law.sdcv, d.dt_s);
       return each_tick(in, [&](std::size_t k) { keep(sdcv.step(Joints<1>(in.rows[k].remote_f_nm))); });
     }
     case BlockId::kMediator: {
@@ -96,17 +97,18 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
         keep(Motion<1>{peer.x / p.scale.position, peer.v / p.scale.position, peer.f * p.scale.force});
       });
     case BlockId::kTwoChannel:
-      return each_tick(in, [&](std::size_t k) { keep(held_to(p.scene.two_channel, local(in, k), remote(in, k))); });
+      return each_tick(in,
+                       [&](std::size_t k) { keep(held_to(p.control.law.two_channel, local(in, k), remote(in, k))); });
     case BlockId::kWave: {
       ReceivedWave<1> received(d.dt_s);
       if (p.role == Role::kLeader) {
-        MasterWave<1> wave(p.scene.wave);
+        MasterWave<1> wave(p.control.law.wave);
         return each_tick(in, [&](std::size_t k) {
           wave.step(local(in, k).v, received.step(remote(in, k).f, 1, false));
           keep(wave.sent());
         });
       }
-      SlaveWave<1> wave(p.scene.wave, d.dt_s);
+      SlaveWave<1> wave(p.control.law.wave, d.dt_s);
       return each_tick(in, [&](std::size_t k) {
         wave.step(local(in, k), received.step(remote(in, k).f, 1, false), remote(in, k).x, 1);
         keep(wave.sent());
@@ -120,7 +122,7 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
       });
     }
     case BlockId::kTank: {
-      EnergyTank tank(p.scene.tank, kFastestDamper / d.K.K_f, d.dt_s);
+      EnergyTank tank(p.control.law.tank, kFastestDamper / d.K.K_f, d.dt_s);
       return each_tick(in, [&](std::size_t k) {
         tank.step(in.rows[k].command_nm * in.rows[k].v_rad_s * d.dt_s, 0.0, 1);
         keep(tank.share() + tank.damping());

@@ -10,7 +10,7 @@
 #include "common/device/simulated_axis.hpp"
 #include "common/link/codec.hpp"
 #include "common/record/sample.hpp"
-#include "common/runtime/any_station.hpp"
+#include "common/runtime/owned_station.hpp"
 #include "netem/lab/emulated_slave.hpp"
 #include "netem/lab/explain_blocks.hpp"
 #include "netem/lab/explain_link.hpp"
@@ -95,16 +95,16 @@ class Meter {
   template <class Io>
   Cost station(const BlockInputs& in) const {
     return measure(in.rows.size(), [&] {
-      const auto station = make_station<Io>(params(in));
+      OwnedStation<Io> station(params(in));
       auto next = in.arrivals.begin();
       int act = 0;
       for (const StationSample& row : in.rows) {
         const Nanoseconds now = from_seconds(row.t_s);
-        for (; next != in.arrivals.end() && next->at <= now; ++next) station->receive(next->packet, next->at);
+        for (; next != in.arrivals.end() && next->at <= now; ++next) station.receive(next->packet, next->at);
         const bool engage =
             in.master && act < scene_.operator_acts_size() && scene_.operator_acts(act).at_s() <= row.t_s;
         if (engage) ++act;
-        keep(station->tick(now, sensed_in<Io>(row), engage ? OperatorAct::kEngage : OperatorAct::kNone));
+        keep(station.tick(now, sensed_in<Io>(row), engage ? OperatorAct::kEngage : OperatorAct::kNone));
       }
     });
   }

@@ -2,7 +2,6 @@
 
 #include "common/config/station_params.hpp"
 #include "common/control/cdob.hpp"
-#include "common/control/chooser.hpp"
 #include "common/control/energy_tank.hpp"
 #include "common/control/limits.hpp"
 #include "common/control/mediator.hpp"
@@ -11,6 +10,7 @@
 #include "common/control/wave.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/device/simulated_axis.hpp"
+#include "common/law/chooser.hpp"
 #include "common/link/codec.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/runtime/side_of.hpp"
@@ -26,8 +26,9 @@ namespace {
 
 template <class Axis>
 void station_sizes(const StationParams& params, std::size_t& station, std::size_t& side) {
-  station = make_station<typename Axis::Io>(params)->bytes();
-  side = station + sizeof(SideOf<Axis>);
+  const OwnedStation<typename Axis::Io> made(params);
+  station = made.bytes();
+  side = sizeof(SideOf<Axis>) + made.bytes_beside();
 }
 
 std::size_t size_of(const Block& block) {
@@ -97,8 +98,9 @@ void add_sizes(const scene::Scene& scene, Explanation& to) {
                                             to.master_side_bytes);
   const StationParams slave = slave_station_params(scene, kSlaveSession);
   if (scene.slave().device() == scene::SERIES_ELASTIC) {
-    to.slave_station_bytes = make_station<ReferenceIo<1>>(slave)->bytes();
-    to.slave_side_bytes = to.slave_station_bytes + sizeof(OrthosisOnSerial);
+    const OwnedStation<ReferenceIo<1>> made(slave);
+    to.slave_station_bytes = made.bytes();
+    to.slave_side_bytes = sizeof(OrthosisOnSerial) + made.bytes_beside();
   } else {
     station_sizes<SimulatedAxis<DirectSlaveWorld>>(slave, to.slave_station_bytes, to.slave_side_bytes);
   }

@@ -128,8 +128,8 @@ struct ExactLoop {
   }
 };
 
-SceneParams scene_params(const LoopPlan& p, const LoopSide& s) {
-  SceneParams out;
+ControlParams scene_params(const LoopPlan& p, const LoopSide& s) {
+  ControlParams out;
   out.drive.model = {
       .J_n = s.J_n, .K_tn = 0.15, .viscous = s.viscous_n, .coulomb = 0, .gravity = 0, .gravity_angle = 0};
   out.drive.K = {.K_p = p.K_p, .K_d = p.K_d, .K_f = p.K_f};
@@ -200,8 +200,8 @@ Outcome run_loop(const LoopPlan& plan) {
   DirectSlaveWorld slave_world(slave_params(plan));
   MasterPlant master_plant(master_params(plan));
   DirectSlavePlant slave_plant(slave_params(plan));
-  const auto master = make_block_law(Architecture::kFourChannel, scene_params(plan, plan.master)),
-             slave = make_block_law(Architecture::kFourChannel, scene_params(plan, plan.slave));
+  const auto master = make_block_law("FOUR_CHANNEL", scene_params(plan, plan.master)),
+             slave = make_block_law("FOUR_CHANNEL", scene_params(plan, plan.slave));
   ExactLoop exact(plan);
   using Heard = std::deque<farhand::Sent<double>>;
   Heard to_slave(ExactLoop::length(plan), {plan.master.start, 0, 0}),

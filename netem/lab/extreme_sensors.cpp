@@ -7,7 +7,7 @@
 
 #include "common/config/schema.hpp"
 #include "common/device/mcu_si.hpp"
-#include "common/runtime/any_station.hpp"
+#include "common/runtime/owned_station.hpp"
 #include "netem/lab/extreme_families.hpp"
 #include "slave/mcu/mcu_params.hpp"
 
@@ -74,7 +74,7 @@ Case telemetry_case(const std::string& name, double x, double f) {
             StationParams params;
             params.role = Role::kFollower;
             params.receive = {.timeout = 100 * kMillisecond, .playout_max = 2 * kSecond, .expiry = 2 * kSecond};
-            const auto station = make_station<ReferenceIo<1>>(params);
+            OwnedStation<ReferenceIo<1>> station(params);
             ReferenceIo<1>::Sensed sensed{.x = Joints<1>(0.1), .f = Joints<1>(0.0), .valid = true};
             Watch watch;
             Packet<1> leader{.session = 7, .motion = {}};
@@ -85,12 +85,12 @@ Case telemetry_case(const std::string& name, double x, double f) {
               leader.send_time_ns = now;
               ++leader.seq;
               leader.state = now < 1200 * kMillisecond ? StationState::kAligning : StationState::kEngaged;
-              station->receive(leader, now);
+              station.receive(leader, now);
               sensed.x[0] = now == 1500 * kMillisecond ? x : 0.1;
               sensed.f[0] = now == 1500 * kMillisecond ? f : 0.0;
               watch.see(Block::kEncoder, sensed.x);
               watch.see(Block::kEncoder, sensed.f);
-              const auto command = station->tick(now, sensed).command;
+              const auto command = station.tick(now, sensed).command;
               watch.command(command.reference.x[0]);
               watch.command(command.reference.v[0]);
               watch.command(command.reference.f[0]);
@@ -103,7 +103,7 @@ Case telemetry_case(const std::string& name, double x, double f) {
                        "; let go at once and for good: " + (let_go ? "yes" : "no");
             if (tracked && let_go)
               out.refusal =
-                  std::string("station ") + name_of(station->trace().state) + ": " + name_of(station->trace().reason);
+                  std::string("station ") + name_of(station.trace().state) + ": " + name_of(station.trace().reason);
             return out;
           }};
 }

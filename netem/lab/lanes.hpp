@@ -236,7 +236,7 @@ class LaneSide {
  public:
   using Real = Lanes;
 
-  LaneSide(const std::array<SceneParams, kLanes>& params, const std::array<P, kLanes>& plants,
+  LaneSide(const std::array<ControlParams, kLanes>& params, const std::array<P, kLanes>& plants,
            const std::array<double, kLanes>& counts_per_rev)
       : law_(
             [&params](auto setting) {
@@ -260,9 +260,9 @@ class LaneSide {
 
  private:
   // Which of the known torques any lane has.
-  static AxisModel weighing(const std::array<SceneParams, kLanes>& params) {
+  static AxisModel weighing(const std::array<ControlParams, kLanes>& params) {
     AxisModel any = params[0].drive.model;
-    for (const SceneParams& p : params) {
+    for (const ControlParams& p : params) {
       any.gravity = std::max(any.gravity, p.drive.model.gravity);
       any.coulomb = std::max(any.coulomb, p.drive.model.coulomb);
     }

@@ -9,7 +9,7 @@ namespace {
 template <PlainScene kScene, class T>
 class PlainLaw final : public BareLaw<T> {
  public:
-  explicit PlainLaw(const SceneParams& p) : law_(p) {}
+  explicit PlainLaw(const ControlParams& p) : law_(p) {}
 
   void reset(T x, const Sent<T>& received) noexcept override {
     law_.reset(x);
@@ -31,22 +31,15 @@ class PlainLaw final : public BareLaw<T> {
 }  // namespace
 
 template <class T>
-std::unique_ptr<BareLaw<T>> make_plain_law(Architecture architecture, const SceneParams& params) {
-  switch (architecture) {
-    case Architecture::kCdob:
-      return std::make_unique<PlainLaw<PlainScene::kCdob, T>>(params);
-    case Architecture::kCdobSdcv:
-      return std::make_unique<PlainLaw<PlainScene::kCdobSdcv, T>>(params);
-    case Architecture::kMediated:
-      throw std::invalid_argument("architecture MODEL_MEDIATED is written in double only");
-    case Architecture::kFourChannel:
-      return std::make_unique<PlainLaw<PlainScene::kFourChannel, T>>(params);
-    default:
-      throw std::invalid_argument(kNoBareLaw);
-  }
+std::unique_ptr<BareLaw<T>> make_plain_law(std::string_view architecture, const ControlParams& params) {
+  const std::string_view name = bare_law_of(architecture, Role::kLeader);
+  if (name == "FOUR_CHANNEL_CDOB") return std::make_unique<PlainLaw<PlainScene::kCdob, T>>(params);
+  if (name == "FOUR_CHANNEL_CDOB_SDCV") return std::make_unique<PlainLaw<PlainScene::kCdobSdcv, T>>(params);
+  if (name == "MODEL_MEDIATED") throw std::invalid_argument("architecture MODEL_MEDIATED is written in double only");
+  return std::make_unique<PlainLaw<PlainScene::kFourChannel, T>>(params);
 }
 
-template std::unique_ptr<BareLaw<double>> make_plain_law(Architecture, const SceneParams&);
-template std::unique_ptr<BareLaw<long double>> make_plain_law(Architecture, const SceneParams&);
+template std::unique_ptr<BareLaw<double>> make_plain_law(std::string_view, const ControlParams&);
+template std::unique_ptr<BareLaw<long double>> make_plain_law(std::string_view, const ControlParams&);
 
 }  // namespace farhand

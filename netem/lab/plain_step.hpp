@@ -28,39 +28,39 @@ inline T plain_clip(T u, T low, T high) noexcept {
 template <PlainScene kScene, class T = double>
 class PlainStep {
  public:
-  explicit PlainStep(const SceneParams& p)
+  explicit PlainStep(const ControlParams& p)
       : PlainStep([&p](auto setting) { return static_cast<T>(setting(p)); }, p.drive.model) {}
 
-  // of(setting): the value of a setting, which is a function of SceneParams, for each run of T.
+  // of(setting): the value of a setting, which is a function of ControlParams, for each run of T.
   template <class Of>
   PlainStep(const Of& of, const AxisModel& any)
-      : dt_(of([](const SceneParams& p) { return p.drive.dt_s; })),
-        J_n_(of([](const SceneParams& p) { return p.drive.model.J_n; })),
-        viscous_(of([](const SceneParams& p) { return p.drive.model.viscous; })),
-        coulomb_(of([](const SceneParams& p) { return p.drive.model.coulomb; })),
-        gravity_(of([](const SceneParams& p) { return p.drive.model.gravity; })),
-        gravity_angle_(of([](const SceneParams& p) { return p.drive.model.gravity_angle; })),
-        K_p_(of([](const SceneParams& p) { return p.drive.K.K_p; })),
-        K_d_(of([](const SceneParams& p) { return p.drive.K.K_d; })),
-        K_f_(of([](const SceneParams& p) { return p.drive.K.K_f; })),
-        K_f_model_(
-            of([](const SceneParams& p) { return p.local_model == LocalModel::kWithForce ? p.drive.K.K_f : 0.0; })),
-        a_v_(smoothing(of([](const SceneParams& p) { return p.drive.g_v.rad_s(); }))),
+      : dt_(of([](const ControlParams& p) { return p.drive.dt_s; })),
+        J_n_(of([](const ControlParams& p) { return p.drive.model.J_n; })),
+        viscous_(of([](const ControlParams& p) { return p.drive.model.viscous; })),
+        coulomb_(of([](const ControlParams& p) { return p.drive.model.coulomb; })),
+        gravity_(of([](const ControlParams& p) { return p.drive.model.gravity; })),
+        gravity_angle_(of([](const ControlParams& p) { return p.drive.model.gravity_angle; })),
+        K_p_(of([](const ControlParams& p) { return p.drive.K.K_p; })),
+        K_d_(of([](const ControlParams& p) { return p.drive.K.K_d; })),
+        K_f_(of([](const ControlParams& p) { return p.drive.K.K_f; })),
+        K_f_model_(of(
+            [](const ControlParams& p) { return p.law.local_model == LocalModel::kWithForce ? p.drive.K.K_f : 0.0; })),
+        a_v_(smoothing(of([](const ControlParams& p) { return p.drive.g_v.rad_s(); }))),
         v_gain_(a_v_ / dt_),
-        a_dis_(smoothing(of([](const SceneParams& p) { return p.drive.g_dis.rad_s(); }))),
-        gain_dis_(J_n_ * of([](const SceneParams& p) { return p.drive.g_dis.rad_s(); })),
-        a_reac_(smoothing(of([](const SceneParams& p) { return p.drive.g_reac.rad_s(); }))),
-        gain_reac_(J_n_ * of([](const SceneParams& p) { return p.drive.g_reac.rad_s(); })),
-        a_net_(smoothing(of([](const SceneParams& p) { return p.g_net.rad_s(); }))),
-        a_alpha_(smoothing(of([](const SceneParams& p) { return p.sdcv.alpha_cutoff.rad_s(); }))),
-        f_2_(of([](const SceneParams& p) { return p.sdcv.f_2; })),
-        alpha_slope_(1.0 / (f_2_ - of([](const SceneParams& p) { return p.sdcv.f_1; }))),
-        limit_(of([](const SceneParams& p) { return p.drive.gate.torque; })),
-        torque_step_(dt_ * of([](const SceneParams& p) { return p.drive.gate.torque_rate; })),
-        range_min_(of([](const SceneParams& p) { return p.drive.gate.range_min; })),
-        range_max_(of([](const SceneParams& p) { return p.drive.gate.range_max; })),
+        a_dis_(smoothing(of([](const ControlParams& p) { return p.drive.g_dis.rad_s(); }))),
+        gain_dis_(J_n_ * of([](const ControlParams& p) { return p.drive.g_dis.rad_s(); })),
+        a_reac_(smoothing(of([](const ControlParams& p) { return p.drive.g_reac.rad_s(); }))),
+        gain_reac_(J_n_ * of([](const ControlParams& p) { return p.drive.g_reac.rad_s(); })),
+        a_net_(smoothing(of([](const ControlParams& p) { return p.law.g_net.rad_s(); }))),
+        a_alpha_(smoothing(of([](const ControlParams& p) { return p.law.sdcv.alpha_cutoff.rad_s(); }))),
+        f_2_(of([](const ControlParams& p) { return p.law.sdcv.f_2; })),
+        alpha_slope_(1.0 / (f_2_ - of([](const ControlParams& p) { return p.law.sdcv.f_1; }))),
+        limit_(of([](const ControlParams& p) { return p.drive.gate.torque; })),
+        torque_step_(dt_ * of([](const ControlParams& p) { return p.drive.gate.torque_rate; })),
+        range_min_(of([](const ControlParams& p) { return p.drive.gate.range_min; })),
+        range_max_(of([](const ControlParams& p) { return p.drive.gate.range_max; })),
         fade_(limit_ / 0.0175),  // over the last degree
-        rise_(dt_ / of([](const SceneParams& p) { return p.drive.take_over_s; })),
+        rise_(dt_ / of([](const ControlParams& p) { return p.drive.take_over_s; })),
         weighs_(any.gravity != 0.0),
         rubs_(any.coulomb != 0.0) {}
 
@@ -186,7 +186,7 @@ class PlainStep {
 template <class T = double>
 class PlainReferenceStep {
  public:
-  explicit PlainReferenceStep(const SceneParams& p)
+  explicit PlainReferenceStep(const ControlParams& p)
       : dt_(p.drive.dt_s),
         a_v_(static_cast<T>(p.drive.g_v.rad_s()) * dt_ / (1 + static_cast<T>(p.drive.g_v.rad_s()) * dt_)),
         v_gain_(a_v_ / dt_),

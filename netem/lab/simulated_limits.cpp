@@ -40,7 +40,7 @@ class ExactAxis {
 };
 
 std::unique_ptr<BareLaw<double>> law_of(const SideLoop& loop) {
-  SceneParams scene;
+  ControlParams scene;
   DriveParams& p = scene.drive;
   p.model = {.J_n = loop.J_n, .viscous = loop.viscous};
   p.K = {loop.K_p, loop.K_d, loop.K_f};
@@ -50,7 +50,7 @@ std::unique_ptr<BareLaw<double>> law_of(const SideLoop& loop) {
   p.gate = {.torque = 1e12, .torque_rate = 1e15, .velocity = 1e9, .range_min = -1e12, .range_max = 1e12};
   p.take_over_s = loop.dt;
   p.dt_s = loop.dt;
-  return make_block_law(Architecture::kFourChannel, scene);
+  return make_block_law("FOUR_CHANNEL", scene);
 }
 
 double energy_put_in(const SampledWall& wall, double K, double theta, int samples, Between between) {

@@ -93,10 +93,10 @@ class LockStepOf final : public LockStep {
     };
     const scene::Scene &a = of(0), &b = of(1);
     return Watched(BareLoop<Master, Slave>(
-        Master({master_station_params(a, 1).scene, master_station_params(b, 1).scene},
+        Master({master_station_params(a, 1).control, master_station_params(b, 1).control},
                {MasterPlant(master_world_params(a)), MasterPlant(master_world_params(b))},
                {a.master().motor().encoder_counts_per_rev(), b.master().motor().encoder_counts_per_rev()}),
-        Slave({slave_station_params(a, 2).scene, slave_station_params(b, 2).scene},
+        Slave({slave_station_params(a, 2).control, slave_station_params(b, 2).control},
               {DirectSlavePlant(direct_slave_world_params(a)), DirectSlavePlant(direct_slave_world_params(b))},
               {a.slave().motor().encoder_counts_per_rev(), b.slave().motor().encoder_counts_per_rev()}),
         a.tick_s(), delay_ticks(a.network().forward(), a.tick_s()), delay_ticks(a.network().backward(), a.tick_s()),

@@ -85,8 +85,8 @@ struct Params {
 // From the settings of a whole station. A template, so that this file needs not know them.
 template <class StationParams>
 Params params_of(const StationParams& p) {
-  return {p.role,    p.scene.drive, p.receive,  p.engagement, p.align_speed, p.align_tolerance,
-          p.blend_s, p.session,     p.expiry_ms};
+  return {p.role,    p.control.drive, p.receive,  p.engagement, p.align_speed, p.align_tolerance,
+          p.blend_s, p.session,       p.expiry_ms};
 }
 
 // Copy: the same code once more, elsewhere in the program.

@@ -6,7 +6,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "common/scene/four_channel.hpp"
+#include "common/law/architectures.hpp"
+#include "common/scene/drive.hpp"
 #include "netem/lab/plain_step.hpp"
 
 namespace farhand {
@@ -32,34 +33,37 @@ const std::array<Input, 4096>& inputs() {
   return all;
 }
 
-SceneParams params() {
-  SceneParams p;
+ControlParams params() {
+  ControlParams p;
   p.drive.model.gravity = 0.3;
   p.drive.model.coulomb = 0.01;
   return p;
 }
 
 // As every patient's box is set unless it says otherwise.
-SceneParams reference_params() {
-  SceneParams p = params();
+ControlParams reference_params() {
+  ControlParams p = params();
   p.drive.gate.acceleration = 1000;
   return p;
 }
 
-template <template <class> class Scene>
-void composed(benchmark::State& state) {
-  Scene<DirectDrive<1>> scene(params());
-  scene.drive.reset({});
-  scene.start({}, {});
+void composed(benchmark::State& state, const char* architecture) {
+  const ControlParams p = params();
+  DirectDrive<1> drive(p.drive);
+  const std::unique_ptr<Law<1>> law = farhand::architecture(architecture).master.make(p.law, p.drive.K, p.drive.dt_s);
+  LawInputs<1> to_law;
+  to_law.engaged = true;
+  drive.reset({});
+  law->start(to_law);
   std::size_t k = 0;
   for (auto _ : state) {
     const Input& in = inputs()[k++ % inputs().size()];
     DirectDrive<1>::Sensed sensed;
     sensed.x[0] = in.x;
-    const Motion<1> received{Joints<1>(in.x_r), Joints<1>(in.v_r), Joints<1>(in.f_r)};
-    const Motion<1> local = scene.drive.observe(sensed, 1);
-    benchmark::DoNotOptimize(scene.drive.follow(local, scene.target(local, received, {}), true, 1));
-    benchmark::DoNotOptimize(scene);
+    to_law.received = {Joints<1>(in.x_r), Joints<1>(in.v_r), Joints<1>(in.f_r)};
+    to_law.local = drive.observe(sensed, 1);
+    benchmark::DoNotOptimize(drive.follow(to_law.local, law->step(to_law).follow, {}, 1));
+    benchmark::DoNotOptimize(drive);
   }
 }
 
@@ -76,16 +80,16 @@ void by_hand(benchmark::State& state) {
   }
 }
 
-BENCHMARK(composed<FourChannel>);
+BENCHMARK_CAPTURE(composed, four_channel, "FOUR_CHANNEL");
 BENCHMARK(by_hand<PlainScene::kFourChannel>);
-BENCHMARK(composed<FourChannelCdob>);
+BENCHMARK_CAPTURE(composed, cdob, "FOUR_CHANNEL_CDOB");
 BENCHMARK(by_hand<PlainScene::kCdob>);
-BENCHMARK(composed<FourChannelCdobSdcv>);
+BENCHMARK_CAPTURE(composed, cdob_sdcv, "FOUR_CHANNEL_CDOB_SDCV");
 BENCHMARK(by_hand<PlainScene::kCdobSdcv>);
 
 void composed_reference(benchmark::State& state) {
-  FourChannel<ReferenceDrive<1>> scene(reference_params());
-  scene.drive.reset({});
+  ReferenceDrive<1> drive(reference_params().drive);
+  drive.reset({});
   std::size_t k = 0;
   for (auto _ : state) {
     const Input& in = inputs()[k++ % inputs().size()];
@@ -93,9 +97,9 @@ void composed_reference(benchmark::State& state) {
     sensed.x[0] = in.x;
     sensed.f[0] = in.f;
     const Motion<1> received{Joints<1>(in.x_r), Joints<1>(in.v_r), Joints<1>(in.f_r)};
-    const Motion<1> local = scene.drive.observe(sensed, 1);
-    benchmark::DoNotOptimize(scene.drive.follow(local, scene.target(local, received, {}), true, 1));
-    benchmark::DoNotOptimize(scene);
+    const Motion<1> local = drive.observe(sensed, 1);
+    benchmark::DoNotOptimize(drive.follow(local, received, {}, 1));
+    benchmark::DoNotOptimize(drive);
   }
 }
 BENCHMARK(composed_reference);

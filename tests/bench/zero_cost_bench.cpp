@@ -5,20 +5,25 @@
 // Objects begin at a cache line, because one that happens to straddle two can cost more than any block.
 //
 //   never_ns, without_ns: per tick, medians; ratio: median of the pairs, and its quartiles
-#include "common/scene/station.hpp"
+#include "common/runtime/owned_station.hpp"
 #include "tests/bench/cut_station.hpp"
 #include "tests/bench/paired.hpp"
 
 namespace farhand {
 namespace {
 
-template <class S>
-void run_whole(Station<S>& station) {
+void run_whole(Station<DirectIo<1>>& station) {
   through(station, recorded().session.master, recorded().arrivals, [&](Nanoseconds now, const StationSample& row) {
-    typename S::Drive::Sensed sensed;
+    DirectIo<1>::Sensed sensed;
     sensed.x[0] = row.x_rad;
     benchmark::DoNotOptimize(station.tick(now, sensed, act_at(row)));
   });
+}
+
+StationParams params_of(const char* architecture) {
+  StationParams p = recorded().params;
+  p.architecture = architecture;
+  return p;
 }
 
 template <int Copy>
@@ -50,7 +55,7 @@ void station_without_cdob_sdcv_weight_friction(benchmark::State& state) {
   compare(
       state, r.session.master.size(),
       [&] {
-        alignas(64) Station<FourChannel<DirectDrive<1>>> station(r.params);
+        alignas(64) OwnedStation<DirectIo<1>> station(params_of("FOUR_CHANNEL"));
         run_whole(station);
       },
       [&] {
@@ -61,27 +66,26 @@ void station_without_cdob_sdcv_weight_friction(benchmark::State& state) {
 BENCHMARK(station_without_cdob_sdcv_weight_friction)->Iterations(kPairs)->UseManualTime();
 
 // The same comparison where there is something to see: what the two compensations cost when they are there.
-template <template <class> class Scene>
-void station_with(benchmark::State& state) {
+void station_with(benchmark::State& state, const char* architecture) {
   const Recorded& r = recorded();
   compare(
       state, r.session.master.size(),
       [&] {
-        alignas(64) Station<Scene<DirectDrive<1>>> station(r.params);
+        alignas(64) OwnedStation<DirectIo<1>> station(params_of(architecture));
         run_whole(station);
       },
       [&] {
-        alignas(64) Station<FourChannel<DirectDrive<1>>> station(r.params);
+        alignas(64) OwnedStation<DirectIo<1>> station(params_of("FOUR_CHANNEL"));
         run_whole(station);
       });
 }
-BENCHMARK(station_with<FourChannelCdob>)->Iterations(kPairs)->UseManualTime();
-BENCHMARK(station_with<FourChannelCdobSdcv>)->Iterations(kPairs)->UseManualTime();
+BENCHMARK_CAPTURE(station_with, cdob, "FOUR_CHANNEL_CDOB")->Iterations(kPairs)->UseManualTime();
+BENCHMARK_CAPTURE(station_with, cdob_sdcv, "FOUR_CHANNEL_CDOB_SDCV")->Iterations(kPairs)->UseManualTime();
 
 // An observer that knows of neither weight nor dry friction, beside one that never could.
 void rtob_without_weight_and_friction(benchmark::State& state) {
   const Recorded& r = recorded();
-  const AxisModel model = r.params.scene.drive.model;
+  const AxisModel model = r.params.control.drive.model;
   alignas(64) Rtob<1> without(model, Cutoff::rad_s(200.0), 1e-3);
   alignas(64) cut::Rtob never(model, Cutoff::rad_s(200.0), 1e-3);
   const auto each = [&](auto&& step) {

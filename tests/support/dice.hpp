@@ -24,8 +24,8 @@ class Dice {
   double uniform(double a, double b) { return a + (b - a) * (static_cast<double>(random_() >> 11) * 0x1p-53); }
   bool once_in(std::uint64_t n) { return random_() % n == 0; }
 
-  SceneParams settings() {
-    SceneParams p;
+  ControlParams settings() {
+    ControlParams p;
     p.drive.stiffest_nm_per_rad = 1e9;  // what the dice throw is no motion: it may stand at any speed
     p.drive.model = {.J_n = uniform(1e-3, 6e-3),
                      .K_tn = 0.15,
@@ -42,9 +42,9 @@ class Dice {
                     .range_min = uniform(-0.4, -0.2),
                     .range_max = uniform(0.2, 0.4)};
     p.drive.take_over_s = uniform(0.05, 0.5);
-    p.g_net = Cutoff::rad_s(uniform(100, 2000));
-    p.local_model = once_in(2) ? LocalModel::kWithForce : LocalModel::kThesis;
-    p.sdcv = {.f_1 = uniform(0.05, 0.3), .f_2 = uniform(0.4, 1), .alpha_cutoff = Cutoff::rad_s(uniform(1, 50))};
+    p.law.g_net = Cutoff::rad_s(uniform(100, 2000));
+    p.law.local_model = once_in(2) ? LocalModel::kWithForce : LocalModel::kThesis;
+    p.law.sdcv = {.f_1 = uniform(0.05, 0.3), .f_2 = uniform(0.4, 1), .alpha_cutoff = Cutoff::rad_s(uniform(1, 50))};
     return p;
   }
 

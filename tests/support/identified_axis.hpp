@@ -63,7 +63,7 @@ Moved move(World& world, const MovedAxis& how, std::uint64_t seed) {
     const Motion<1> local = drive.observe(sensed, 1);
     Motion<1> target = sweeps.step(1);
     target.f = -local.f;  // the position alone counts
-    const double torque = drive.follow(local, target, true, 1).torque[0];
+    const double torque = drive.follow(local, target, {}, 1).torque[0];
     if (sweeps.sweeping()) fit.add(sensed.x[0], torque);
     world.advance(how.torque_per_nm * torque, (k + 1) * dt);
     moved.furthest = std::max(moved.furthest, std::abs(world.true_x()));

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "common/scene/station.hpp"
+#include "common/runtime/owned_station.hpp"
 
 namespace farhand {
 
@@ -50,13 +50,16 @@ struct AxisBehindMcu {
   }
 };
 
-template <class Scene>
+// Plain four channels at the patient, with CDOB and SDCV at the therapist.
+template <class Io>
 struct Side {
-  explicit Side(Role role, std::uint32_t session = 0) : own{params(role, session)}, station(new Station<Scene>(own)) {}
+  explicit Side(Role role, std::uint32_t session = 0)
+      : own{params(role, session)}, station(new OwnedStation<Io>(own)) {}
 
   static StationParams params(Role role, std::uint32_t session) {
     StationParams p;
     p.role = role;
+    if (role == Role::kLeader) p.architecture = "FOUR_CHANNEL_CDOB_SDCV";
     p.session = session != 0 ? session : (role == Role::kLeader ? 1u : 2u);
     p.receive = {.timeout = 100 * kMillisecond, .playout_max = 2 * kSecond, .expiry = 2 * kSecond};
     p.guard.limits.continuous_a = p.guard.limits.energy_j = 1e9;  // these walks overheat and overwork what is real
@@ -64,29 +67,27 @@ struct Side {
   }
   void restart(std::uint32_t session) {
     own.session = session;
-    if (own.engagement.identification) identifying = std::make_unique<Identifying>(own.identifying, own.scene.drive);
-    station.reset(new Station<Scene>(own, identifying.get()));
+    station.reset(new OwnedStation<Io>(own));
   }
 
   StationParams own;
-  std::unique_ptr<Identifying> identifying;
-  std::unique_ptr<Station<Scene>> station;
-  static constexpr bool kDirect = requires(typename Scene::Drive::Command command) { command.torque; };
+  std::unique_ptr<OwnedStation<Io>> station;
+  static constexpr bool kDirect = requires(typename Io::Command command) { command.torque; };
   std::conditional_t<kDirect, AxisInHand, AxisBehindMcu> axis;
-  typename Scene::Drive::Command command;
-  typename Scene::Drive::Sensed fault;  // added to the reading
-  bool connected = true;                // the device
+  typename Io::Command command;
+  typename Io::Sensed fault;  // added to the reading
+  bool connected = true;      // the device
   std::deque<std::pair<Nanoseconds, Packet<1>>> inbox;
 
   const TickTrace<1>& trace() const { return station->trace(); }
   S state() const { return station->state(); }
 
-  typename Station<Scene>::Output tick(Nanoseconds now, OperatorAct act, int ticks) {
+  typename Station<Io>::Output tick(Nanoseconds now, OperatorAct act, int ticks) {
     while (!inbox.empty() && inbox.front().first <= now) {
       station->receive(inbox.front().second, now);
       inbox.pop_front();
     }
-    typename Scene::Drive::Sensed sensed;
+    typename Io::Sensed sensed;
     sensed.x = axis.x + fault.x;
     sensed.valid = connected;
     if constexpr (!kDirect) {
@@ -104,10 +105,10 @@ struct Side {
   }
 };
 
-template <class Drive>
+template <class Io>
 struct PairOn {
-  Side<FourChannelCdobSdcv<Drive>> master{Role::kLeader};
-  Side<FourChannel<Drive>> slave{Role::kFollower};
+  Side<Io> master{Role::kLeader};
+  Side<Io> slave{Role::kFollower};
   Nanoseconds now = 0, delay = 30 * kMillisecond;
   bool forward = true, backward = true;  // the link carries
   std::optional<S> lie;                  // what every packet says instead of its sender's state
@@ -135,6 +136,6 @@ struct PairOn {
     ASSERT_EQ(slave.state(), S::kEngaged);
   }
 };
-using Pair = PairOn<DirectDrive<1>>;
+using Pair = PairOn<DirectIo<1>>;
 
 }  // namespace farhand

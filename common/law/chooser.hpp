@@ -9,20 +9,9 @@
 
 #include <algorithm>
 
+#include "common/law/law.hpp"
+
 namespace farhand {
-
-// As measured now.
-struct NetworkNow {
-  double round_trip = 0.0;  // s, of content: the packet's own and twice the play-out depth; 0 before it is known
-  double loss = 0.0;        // share of the packets, lost or late
-};
-
-enum class Choice : unsigned char { kNone, kFourChannel, kMediated };
-
-struct Chosen {
-  Choice choice = Choice::kNone;
-  double round_trip = 0.0, loss = 0.0;  // that it was chosen for
-};
 
 class Chooser {
  public:

@@ -1,0 +1,21 @@
+// Four channels: the motion of the peer is followed as it is (Daud 2011, figure 5.8). The slave of every architecture
+// that compensates on the therapist's side is this one too (figures 5.9-5.11).
+#pragma once
+
+#include "common/law/law.hpp"
+#include "common/law/params.hpp"
+
+namespace farhand {
+
+template <int N>
+class FourChannel final : public Law<N> {
+ public:
+  FourChannel(const LawParams& /*p*/, const FourChannelGains& /*K*/, double /*dt_s*/) {}
+
+  void start(const LawInputs<N>& /*in*/) noexcept override {}
+  Wish<N> step(const LawInputs<N>& in) noexcept override {
+    return {.follow = in.received, .tell = Told<N>::motion(in.local)};
+  }
+};
+
+}  // namespace farhand

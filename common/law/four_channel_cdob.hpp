@@ -1,0 +1,33 @@
+// Four channels with a communication disturbance observer on the therapist's side (Daud 2011, figure 5.9): what the
+// observer adds makes the angle that is followed undelayed.
+#pragma once
+
+#include "common/control/cdob.hpp"
+#include "common/law/law.hpp"
+#include "common/law/params.hpp"
+
+namespace farhand {
+
+template <int N>
+class FourChannelCdob final : public Law<N> {
+ public:
+  FourChannelCdob(const LawParams& p, const FourChannelGains& K, double dt_s)
+      : cdob_(K, p.g_net, p.local_model, dt_s) {}
+
+  void start(const LawInputs<N>& in) noexcept override { cdob_.reset(in.received); }
+
+  Wish<N> step(const LawInputs<N>& in) noexcept override {
+    Wish<N> wish{.tell = Told<N>::motion(in.local)};
+    if (!in.engaged) return wish;
+    cdob_.step(in.local, in.received);
+    wish.follow = {in.received.x + cdob_.x_cdob(), in.received.v + cdob_.v_cdob(), in.received.f};
+    return wish;
+  }
+
+  LawSignals signals() const noexcept override { return {.x_cdob = cdob_.x_cdob()[0]}; }
+
+ private:
+  Cdob<N> cdob_;
+};
+
+}  // namespace farhand

@@ -1,0 +1,58 @@
+// Four channels with CDOB, and a scaling-down compensation value that takes the compensation back in contact (Daud
+// 2011, figure 5.11); by thresholds of the scene, or by those that the patient's own hand names.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "common/control/cdob.hpp"
+#include "common/control/patient_thresholds.hpp"
+#include "common/control/sdcv.hpp"
+#include "common/law/law.hpp"
+#include "common/law/params.hpp"
+
+namespace farhand {
+
+template <int N>
+class FourChannelCdobSdcv final : public Law<N> {
+ public:
+  FourChannelCdobSdcv(const LawParams& p, const FourChannelGains& K, double dt_s)
+      : cdob_(K, p.g_net, p.local_model, dt_s), sdcv_(p.sdcv, dt_s) {
+    if (p.sdcv.from_patient) patient_ = patients_thresholds<N>(p.sdcv, dt_s);
+  }
+
+  void start(const LawInputs<N>& in) noexcept override {
+    cdob_.reset(in.received);
+    sdcv_.reset(in.received.f);
+    if (!patient_) return;
+    for (PatientThresholds& joint : *patient_) joint.reset();
+  }
+
+  Wish<N> step(const LawInputs<N>& in) noexcept override {
+    Wish<N> wish{.tell = Told<N>::motion(in.local)};
+    if (!in.engaged) return wish;
+    const Motion<N>& received = in.received;
+    cdob_.step(in.local, received);
+    for (int j = 0; patient_ && j < N; ++j) {
+      PatientThresholds& joint = (*patient_)[static_cast<std::size_t>(j)];
+      if (in.since.settled) joint.step(received.x[j], received.f[j]);
+      sdcv_.set_thresholds(j, joint.f_1(), joint.f_2());
+    }
+    const Joints<N>& alpha = sdcv_.step(received.f);
+    wish.follow = {received.x + alpha * cdob_.x_cdob(), received.v + alpha * cdob_.v_cdob(), received.f};
+    return wish;
+  }
+
+  LawSignals signals() const noexcept override {
+    LawSignals all{.x_cdob = cdob_.x_cdob()[0], .alpha = sdcv_.value()[0]};
+    if (patient_) all.f_2 = patient_->front().named();
+    return all;
+  }
+
+ private:
+  Cdob<N> cdob_;
+  Sdcv<N> sdcv_;
+  std::optional<PatientsThresholds<N>> patient_;
+};
+
+}  // namespace farhand

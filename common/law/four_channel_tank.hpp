@@ -1,0 +1,60 @@
+// Four channels that give a person no more energy than came from the other one, by tanks. They stand below the law, on
+// both sides, and change the motion that is followed only where energy is short; then by a share g of the law and a
+// damper d,
+//
+//   a_ref = g C_p (x_remote - x) - K_f (f + g f_remote + d v)
+//
+// which is K_f (g tau - d v - f) for a law that asks for the torque tau. What packets carry besides is one number.
+#pragma once
+
+#include "common/control/energy_tank.hpp"
+#include "common/law/law.hpp"
+#include "common/law/params.hpp"
+#include "common/signal/low_pass.hpp"
+
+namespace farhand {
+
+template <int N>
+class FourChannelTank final : public Law<N> {
+ public:
+  FourChannelTank(const LawParams& p, const FourChannelGains& K, double dt_s)
+      : Law<N>({.account = true}),
+        tank_(p.tank, kFastestDamper / K.K_f, dt_s),
+        v_slow_(Cutoff::rad_s(kOnPurpose), dt_s),
+        B_fast_(p.tank.B_fast) {}
+
+  void start(const LawInputs<N>& in) noexcept override { v_slow_.reset(in.local.v); }
+
+  Wish<N> step(const LawInputs<N>& in) noexcept override {
+    const Account<N>& account = in.account;
+    if (account.engaged) {
+      tank_.step((account.torque * account.moved).sum(), account.received, in.since.ticks);
+    } else {
+      tank_.lend(account.received, in.since.ticks);
+    }
+    Wish<N> wish{.tell = Told<N>::motion(in.local), .energy = tank_.sent()};
+    if (in.engaged) wish.follow = within(in.local, in.received);
+    return wish;
+  }
+
+  LawSignals signals() const noexcept override { return {.alpha = tank_.share(), .energy = tank_.level()}; }
+
+ private:
+  Motion<N> within(const Motion<N>& local, const Motion<N>& received) noexcept {
+    const Joints<N> v_fast = local.v - v_slow_.step(local.v);
+    const double g = tank_.share();
+    Motion<N> to = g < 1.0 ? shared(local, received, g) : received;
+    to.f += tank_.damping() * local.v + B_fast_ * v_fast;
+    return to;
+  }
+  static Motion<N> shared(const Motion<N>& local, const Motion<N>& received, double share) noexcept {
+    const Joints<N> g = Joints<N>::Constant(share);
+    return {local.x + g * (received.x - local.x), local.v + g * (received.v - local.v), g * received.f};
+  }
+
+  EnergyTank tank_;
+  LowPass<N> v_slow_;
+  double B_fast_;
+};
+
+}  // namespace farhand

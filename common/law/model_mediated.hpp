@@ -1,0 +1,45 @@
+// Four channels against a learnt model of the patient's side, on the therapist's (common/control/mediator.hpp).
+#pragma once
+
+#include "common/control/mediator.hpp"
+#include "common/law/law.hpp"
+#include "common/law/params.hpp"
+
+namespace farhand {
+
+template <int N>
+class ModelMediated final : public Law<N> {
+ public:
+  ModelMediated(const LawParams& /*p*/, const FourChannelGains& K, double dt_s) : mediator_(K, dt_s) {}
+
+  void start(const LawInputs<N>& in) noexcept override {
+    mediator_.reset(in.received);
+    ahead_.setZero();
+    needs_.setZero();
+  }
+
+  Wish<N> step(const LawInputs<N>& in) noexcept override {
+    Wish<N> wish;
+    if (in.engaged) {
+      const Learns learns = in.since.settled ? Learns::kAll : in.since.rested ? Learns::kWhere : Learns::kNothing;
+      wish.follow = mediator_.step(in.local, in.received, learns, in.since.calm);
+      ahead_ = wish.follow.x - in.received.x;
+      needs_ = mediator_.device_needs();
+    }
+    wish.tell = {in.local.x, in.local.v, in.local.f - needs_};
+    return wish;
+  }
+
+  LawSignals signals() const noexcept override { return {.x_cdob = ahead_[0], .friction = mediator_.friction_named()}; }
+
+  // rad/s: how fast the model's contact follows from now on.
+  void settle(double g) noexcept { mediator_.settle(g); }
+  const Joints<N>& device_needs() const noexcept { return needs_; }
+
+ private:
+  Mediator<N> mediator_;
+  Joints<N> ahead_ = Joints<N>::Zero();  // rad, the model, of the slave as received
+  Joints<N> needs_ = Joints<N>::Zero();  // N m, of the slave's device beside what the therapist gives
+};
+
+}  // namespace farhand

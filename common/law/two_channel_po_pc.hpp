@@ -1,0 +1,112 @@
+// Two channels (two_channel.hpp) with a passivity observer and controller at each port (common/control/passivity.hpp).
+// They stand below the law and lower its torque, or damp, only where energy is short.
+#pragma once
+
+#include "common/control/passivity.hpp"
+#include "common/control/two_channel.hpp"
+#include "common/law/law.hpp"
+#include "common/law/params.hpp"
+
+namespace farhand {
+
+// Of one side: its account, and what that leaves of a torque.
+template <int N>
+class AccountedPort {
+ public:
+  // K_f: 1/(kg m2), of the law.
+  AccountedPort(double K_f, double dt_s) : port_(kFastestDamper / K_f, dt_s) {}
+
+  void start(const Account<N>& account) noexcept {
+    port_.reset(account.received);
+    tau_.setZero();
+    damper_.setZero();
+    slack_.setZero();
+  }
+
+  // Of the time since the last tick, before anything is asked for in this one.
+  void keep(const Account<N>& account) noexcept {
+    if (!account.engaged) return;
+    const Joints<N> within = (slack_ + account.moved).max(-0.5 * kPlay).min(0.5 * kPlay);
+    const Joints<N> moved = slack_ + account.moved - within;
+    slack_ = within;
+    port_.step((account.acted * tau_ * moved).sum(), (account.acted * damper_ * moved).sum(), account.received);
+  }
+
+  // law: the torque that is asked for, N m.
+  Wish<N> passive(const Joints<N>& law, const Motion<N>& local) noexcept {
+    port_.decide((law * local.v).sum());
+    damper_ = port_.damping() * local.v;
+    tau_ = port_.share() * law - damper_;
+    return Wish<N>::torque(tau_, local);
+  }
+
+  double energy_sent() const noexcept { return port_.in(); }
+  LawSignals signals() const noexcept { return {.alpha = port_.share(), .energy = port_.margin()}; }
+
+ private:
+  // Resting, an encoder shows its last count now and again: no motion, and no energy.
+  static constexpr double kPlay = 0.4e-3;  // rad, more than a count of 20000
+
+  PortPassivity port_;
+  Joints<N> tau_ = Joints<N>::Zero();     // N m, of the law and the damper since the last tick
+  Joints<N> damper_ = Joints<N>::Zero();  // N m, of it, against the motion
+  Joints<N> slack_ = Joints<N>::Zero();   // rad, of the play through which the axis moves the account
+};
+
+template <int N>
+class PassiveMaster final : public Law<N> {
+ public:
+  PassiveMaster(const LawParams& p, const FourChannelGains& K, double dt_s)
+      : Law<N>({.account = true}), p_(p.two_channel), port_(K.K_f, dt_s) {}
+
+  void start(const LawInputs<N>& in) noexcept override { port_.start(in.account); }
+
+  Wish<N> step(const LawInputs<N>& in) noexcept override {
+    port_.keep(in.account);
+    Wish<N> wish;
+    if (in.engaged) {
+      acting_ = in.since.acting;
+      const Joints<N>& F = F_.step(p_, in.local, in.received, in.since.silent_s);
+      wish = port_.passive(-in.since.peers_acting * F, in.local);
+    }
+    wish.tell = {in.local.x, in.local.v, -acting_ * F_.value()};
+    wish.energy = port_.energy_sent();
+    return wish;
+  }
+
+  LawSignals signals() const noexcept override { return port_.signals(); }
+
+ private:
+  TwoChannelParams p_;
+  AccountedPort<N> port_;
+  HeldTo<N> F_;
+  double acting_ = 1.0;  // of it, what is given on an average
+};
+
+template <int N>
+class PassiveSlave final : public Law<N> {
+ public:
+  PassiveSlave(const LawParams& p, const FourChannelGains& K, double dt_s)
+      : Law<N>({.account = true}), p_(p.two_channel), port_(K.K_f, dt_s) {}
+
+  void start(const LawInputs<N>& in) noexcept override { port_.start(in.account); }
+
+  Wish<N> step(const LawInputs<N>& in) noexcept override {
+    port_.keep(in.account);
+    Wish<N> wish{.tell = Told<N>::motion(in.local)};
+    if (in.engaged) {
+      wish = port_.passive(-in.since.acting * in.received.f, in.local);
+      wish.follow.f += p_.B_slave * in.local.v;
+    }
+    wish.energy = port_.energy_sent();
+    return wish;
+  }
+
+  LawSignals signals() const noexcept override { return port_.signals(); }
+
+ private:
+  TwoChannelParams p_;
+  AccountedPort<N> port_;
+};
+
+}  // namespace farhand
