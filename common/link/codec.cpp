@@ -1,8 +1,11 @@
 #include "common/link/codec.hpp"
 
+#include <isa-l/crc.h>
+
 #include <algorithm>
-#include <boost/crc.hpp>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 #include "proto/packet.pb.h"
@@ -14,18 +17,40 @@ constexpr std::size_t kChecksumBytes = 4;
 constexpr std::size_t kChecksumFieldBytes = 2 + kChecksumBytes;
 constexpr std::size_t kVersionFieldBytes = 1 + 4;
 
-std::uint32_t load_u32(const std::byte* from) noexcept {
-  std::uint32_t value = 0;
-  for (int i = 3; i >= 0; --i) value = value << 8 | std::to_integer<std::uint32_t>(from[i]);
+static_assert(std::endian::native == std::endian::little, "values are copied as Protobuf writes them");
+
+// Where the values of a packet stand, in the order of proto/packet.proto: a tag of one byte before each, a length too
+// before the vectors. The constructor holds it against what Protobuf writes.
+enum Field : std::size_t {
+  kVersion = 1,
+  kSession = kVersion + 4 + 1,
+  kSeq = kSession + 4 + 1,
+  kSendTime = kSeq + 4 + 1,
+  kEchoSession = kSendTime + 8 + 1,
+  kEchoSeq = kEchoSession + 4 + 1,
+  kEchoSendTime = kEchoSeq + 4 + 1,
+  kEchoDwell = kEchoSendTime + 8 + 1,
+  kExpiry = kEchoDwell + 4 + 1,
+  kState = kExpiry + 4 + 1,
+  kLimitBits = kState + 4 + 1,
+  kMotion = kLimitBits + 4 + 2,
+};
+
+template <class T>
+T load(const std::byte* from) noexcept {
+  T value;
+  std::memcpy(&value, from, sizeof value);
   return value;
 }
 
-void store_u32(std::uint32_t value, std::byte* to) noexcept {
-  for (int i = 0; i < 4; ++i) to[i] = static_cast<std::byte>(value >> (8 * i));
+template <class T>
+void store(T value, std::byte* to) noexcept {
+  std::memcpy(to, &value, sizeof value);
 }
 
 bool checksum_matches(std::span<const std::byte> bytes) noexcept {
-  return crc32c(bytes.first(bytes.size() - kChecksumFieldBytes)) == load_u32(&bytes[bytes.size() - kChecksumBytes]);
+  return crc32c(bytes.first(bytes.size() - kChecksumFieldBytes)) ==
+         load<std::uint32_t>(&bytes[bytes.size() - kChecksumBytes]);
 }
 
 // A packet of another version differs in size or layout. If version and checksum stand where every version keeps them,
@@ -33,11 +58,13 @@ bool checksum_matches(std::span<const std::byte> bytes) noexcept {
 DecodeResult foreign(std::span<const std::byte> bytes, std::byte version_tag, DecodeResult otherwise) noexcept {
   const bool intact =
       bytes.size() >= kVersionFieldBytes + kChecksumFieldBytes && bytes[0] == version_tag && checksum_matches(bytes);
-  return intact && load_u32(&bytes[1]) != kProtocolVersion ? DecodeResult::kVersion : otherwise;
+  return intact && load<std::uint32_t>(&bytes[kVersion]) != kProtocolVersion ? DecodeResult::kVersion : otherwise;
 }
 
+// What Protobuf writes, before the checksum.
 template <int N>
-void to_message(const Packet<N>& packet, bool with_energy, wire::Packet& message) {
+wire::Packet message_of(const Packet<N>& packet, bool with_energy) {
+  wire::Packet message;
   message.set_version(kProtocolVersion);
   message.set_session(packet.session);
   message.set_seq(packet.seq);
@@ -49,53 +76,49 @@ void to_message(const Packet<N>& packet, bool with_energy, wire::Packet& message
   message.set_expiry_ms(packet.expiry_ms);
   message.set_state(static_cast<std::uint32_t>(packet.state));
   message.set_limits(packet.limits);
-  message.mutable_x()->Resize(N, 0.0);
-  message.mutable_v()->Resize(N, 0.0);
-  message.mutable_f()->Resize(N, 0.0);
   for (int i = 0; i < N; ++i) {
-    message.set_x(i, packet.motion.x[i]);
-    message.set_v(i, packet.motion.v[i]);
-    message.set_f(i, packet.motion.f[i]);
+    message.add_x(packet.motion.x[i]);
+    message.add_v(packet.motion.v[i]);
+    message.add_f(packet.motion.f[i]);
   }
   if (with_energy) message.set_energy(packet.energy);
   message.set_crc32c(0);
+  return message;
 }
 
+// A packet in which every byte of every value is one of its own.
 template <int N>
-Packet<N> from_message(const wire::Packet& message) {
+Packet<N> told_apart() {
   Packet<N> packet;
-  packet.session = message.session();
-  packet.seq = message.seq();
-  packet.send_time_ns = message.send_time_ns();
-  packet.echo_session = message.echo_session();
-  packet.echo_seq = message.echo_seq();
-  packet.echo_send_time_ns = message.echo_send_time_ns();
-  packet.echo_dwell_ns = message.echo_dwell_ns();
-  packet.expiry_ms = message.expiry_ms();
-  packet.state = static_cast<StationState>(message.state());
-  packet.limits = message.limits();
-  for (int i = 0; i < N; ++i) {
-    packet.motion.x[i] = message.x(i);
-    packet.motion.v[i] = message.v(i);
-    packet.motion.f[i] = message.f(i);
+  packet.session = 0x04030201;
+  packet.seq = 0x08070605;
+  packet.send_time_ns = 0x100F0E0D0C0B0A09;
+  packet.echo_session = 0x14131211;
+  packet.echo_seq = 0x18171615;
+  packet.echo_send_time_ns = 0x201F1E1D1C1B1A19;
+  packet.echo_dwell_ns = 0x24232221;
+  packet.expiry_ms = 0x28272625;
+  packet.state = kLastState;
+  packet.limits = kAllLimits;
+  double value = 1.1;
+  for (Joints<N>* vector : {&packet.motion.x, &packet.motion.v, &packet.motion.f}) {
+    for (int i = 0; i < N; ++i) (*vector)[i] = value *= 1.7;
   }
-  packet.energy = message.energy();
+  packet.energy = value * 1.7;
   return packet;
 }
 
 }  // namespace
 
 std::uint32_t crc32c(std::span<const std::byte> bytes) noexcept {
-  boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true> crc;
-  crc.process_bytes(bytes.data(), bytes.size());
-  return crc.checksum();
+  // The library takes its argument as not const, and writes nothing.
+  auto* from = const_cast<unsigned char*>(reinterpret_cast<const unsigned char*>(bytes.data()));
+  return ~crc32_iscsi(from, static_cast<int>(bytes.size()), 0xFFFFFFFFu);
 }
 
 template <int N>
 PacketCodec<N>::PacketCodec(bool with_energy)
-    : with_energy_(with_energy),
-      size_(kSize + (with_energy ? kEnergyBytes : 0)),
-      message_(std::make_unique<wire::Packet>()) {
+    : with_energy_(with_energy), size_(kSize + (with_energy ? kEnergyBytes : 0)) {
   std::size_t at = 0;
   const auto field = [&](std::size_t structure_bytes, std::size_t value_bytes) {
     std::fill_n(&structure_[at], structure_bytes, std::byte{0xFF});
@@ -106,42 +129,83 @@ PacketCodec<N>::PacketCodec(bool with_energy)
   if (with_energy) field(1, 8);
   field(2, kChecksumBytes);
 
-  // Encoding once also brings message and checksum table into the state in which they allocate nothing more.
-  const auto zeros = encode(Packet<N>{});
-  if (at != size_ || message_->ByteSizeLong() != size_)
+  // The same bytes as Protobuf's, or its layout is another one.
+  const Packet<N> packet = told_apart<N>();
+  const wire::Packet message = message_of(packet, with_energy);
+  Bytes expected{};
+  if (at != size_ || message.ByteSizeLong() != size_ ||
+      !message.SerializeToArray(expected.data(), static_cast<int>(size_)))
     throw std::logic_error("proto/packet.proto and PacketCodec::kSize differ");
-  std::transform(zeros.begin(), zeros.end(), structure_.begin(), skeleton_.begin(),
+  std::transform(expected.begin(), expected.end(), structure_.begin(), skeleton_.begin(),
                  [](std::byte value, std::byte mask) { return value & mask; });
+  buffer_ = skeleton_;
+  const std::span<const std::byte> ours = encode(packet);
+  const std::size_t checked = size_ - kChecksumBytes;
   Packet<N> decoded;
-  if (decode(zeros, decoded) != DecodeResult::kOk)
+  if (!std::equal(ours.begin(), ours.begin() + static_cast<std::ptrdiff_t>(checked), expected.begin()) ||
+      decode(ours, decoded) != DecodeResult::kOk || decoded.seq != packet.seq ||
+      (decoded.motion.f != packet.motion.f).any())
     throw std::logic_error("proto/packet.proto and PacketCodec differ in layout");
 }
 
 template <int N>
-PacketCodec<N>::~PacketCodec() = default;
-
-template <int N>
 std::span<const std::byte> PacketCodec<N>::encode(const Packet<N>& packet) noexcept {
-  const std::span<std::byte> bytes = std::span(buffer_).first(size_);
-  to_message(packet, with_energy_, *message_);
-  message_->SerializeToArray(bytes.data(), static_cast<int>(size_));
-  store_u32(crc32c(bytes.first(size_ - kChecksumFieldBytes)), &bytes[size_ - kChecksumBytes]);
+  std::byte* const to = buffer_.data();
+  store(kProtocolVersion, to + kVersion);
+  store(packet.session, to + kSession);
+  store(packet.seq, to + kSeq);
+  store(packet.send_time_ns, to + kSendTime);
+  store(packet.echo_session, to + kEchoSession);
+  store(packet.echo_seq, to + kEchoSeq);
+  store(packet.echo_send_time_ns, to + kEchoSendTime);
+  store(packet.echo_dwell_ns, to + kEchoDwell);
+  store(packet.expiry_ms, to + kExpiry);
+  store(static_cast<std::uint32_t>(packet.state), to + kState);
+  store(packet.limits, to + kLimitBits);
+  std::size_t at = kMotion;
+  for (const Joints<N>* vector : {&packet.motion.x, &packet.motion.v, &packet.motion.f}) {
+    std::memcpy(to + at, vector->data(), 8 * std::size_t{N});
+    at += 8 * std::size_t{N} + 2;
+  }
+  if (with_energy_) store(packet.energy, to + at - 1);
+  const std::span<const std::byte> bytes(buffer_.data(), size_);
+  store(crc32c(bytes.first(size_ - kChecksumFieldBytes)), to + size_ - kChecksumBytes);
   return bytes;
 }
 
 template <int N>
 DecodeResult PacketCodec<N>::decode(std::span<const std::byte> bytes, Packet<N>& out) noexcept {
   if (bytes.size() != size_) return foreign(bytes, skeleton_[0], DecodeResult::kSize);
-  for (std::size_t i = 0; i < size_; ++i) {
-    if ((bytes[i] & structure_[i]) != skeleton_[i]) return foreign(bytes, skeleton_[0], DecodeResult::kFormat);
+  Bytes copy{};
+  std::memcpy(copy.data(), bytes.data(), size_);
+  std::uint64_t differs = 0;
+  for (std::size_t i = 0; i < copy.size(); i += 8) {
+    const std::byte* const at = copy.data() + i;
+    differs |= (load<std::uint64_t>(at) & load<std::uint64_t>(&structure_[i])) ^ load<std::uint64_t>(&skeleton_[i]);
   }
+  if (differs != 0) return foreign(bytes, skeleton_[0], DecodeResult::kFormat);
   if (!checksum_matches(bytes)) return DecodeResult::kChecksum;
-  if (!message_->ParseFromArray(bytes.data(), static_cast<int>(size_))) return DecodeResult::kFormat;
-  if (message_->version() != kProtocolVersion) return DecodeResult::kVersion;
-  if (message_->state() > static_cast<std::uint32_t>(kLastState) || (message_->limits() & ~kAllLimits) != 0) {
-    return DecodeResult::kValue;
+  const std::byte* const from = copy.data();
+  if (load<std::uint32_t>(from + kVersion) != kProtocolVersion) return DecodeResult::kVersion;
+  const auto state = load<std::uint32_t>(from + kState), limits = load<std::uint32_t>(from + kLimitBits);
+  if (state > static_cast<std::uint32_t>(kLastState) || (limits & ~kAllLimits) != 0) return DecodeResult::kValue;
+  Packet<N> packet;
+  packet.session = load<std::uint32_t>(from + kSession);
+  packet.seq = load<std::uint32_t>(from + kSeq);
+  packet.send_time_ns = load<std::int64_t>(from + kSendTime);
+  packet.echo_session = load<std::uint32_t>(from + kEchoSession);
+  packet.echo_seq = load<std::uint32_t>(from + kEchoSeq);
+  packet.echo_send_time_ns = load<std::int64_t>(from + kEchoSendTime);
+  packet.echo_dwell_ns = load<std::uint32_t>(from + kEchoDwell);
+  packet.expiry_ms = load<std::uint32_t>(from + kExpiry);
+  packet.state = static_cast<StationState>(state);
+  packet.limits = limits;
+  std::size_t at = kMotion;
+  for (Joints<N>* vector : {&packet.motion.x, &packet.motion.v, &packet.motion.f}) {
+    std::memcpy(vector->data(), from + at, 8 * std::size_t{N});
+    at += 8 * std::size_t{N} + 2;
   }
-  const Packet<N> packet = from_message<N>(*message_);
+  packet.energy = with_energy_ ? load<double>(from + at - 1) : 0.0;
   if (!packet.motion.finite() || !std::isfinite(packet.energy)) return DecodeResult::kNotFinite;
   out = packet;
   return DecodeResult::kOk;

@@ -1,23 +1,18 @@
 // Packet <-> datagram: Protobuf of constant size with a CRC-32C at the end.
 //
 // A bare Protobuf message accepts most bit flips. Here size, every tag and every length byte are compared with the only
-// layout there is, then the checksum, and only then is the message parsed: nothing unexpected reaches the parser, and a
-// reused message allocates nothing.
+// layout there is, then the checksum; then every value stands at a place of its own, and is read there. The constructor
+// holds the places against Protobuf's own bytes, so that others read and write packets by proto/packet.proto.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 
 #include "common/link/packet.hpp"
 
 namespace farhand {
-
-namespace wire {
-class Packet;
-}
 
 enum class DecodeResult : std::uint8_t {
   kOk,
@@ -40,8 +35,8 @@ class PacketCodec {
   static constexpr std::size_t kSize = 75 + 3 * 8 * std::size_t{N};
   static constexpr std::size_t kEnergyBytes = 1 + 8;  // beside kSize, in packets with energy
 
+  // Throws std::logic_error if Protobuf writes packets otherwise.
   explicit PacketCodec(bool with_energy = false);
-  ~PacketCodec();
   PacketCodec(const PacketCodec&) = delete;
   PacketCodec& operator=(const PacketCodec&) = delete;
 
@@ -51,10 +46,9 @@ class PacketCodec {
   DecodeResult decode(std::span<const std::byte> bytes, Packet<N>& out) noexcept;
 
  private:
-  using Bytes = std::array<std::byte, kSize + kEnergyBytes>;
+  using Bytes = std::array<std::byte, (kSize + kEnergyBytes + 7) / 8 * 8>;  // whole words
   bool with_energy_;
   std::size_t size_;
-  std::unique_ptr<wire::Packet> message_;
   Bytes buffer_{};
   Bytes skeleton_{};   // tags and lengths, zero elsewhere
   Bytes structure_{};  // 0xFF where a byte is tag or length
