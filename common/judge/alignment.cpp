@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "common/link/packet.hpp"
@@ -24,28 +23,31 @@ class FastestPacket {
  public:
   FastestPacket(const std::vector<LinkSample>& link, bool forward, const std::vector<double>& ticks_s) {
     constexpr double kSameInstant_s = 1e-7;  // rounding of seconds on the axis of a session
+    Walk ticks(ticks_s);
+    shown_.reserve(link.size());
     for (const LinkSample& packet : link) {
       const double arrival = packet.t_s + packet.achieved_delay_s;
       if (packet.forward != forward || packet.lost || !std::isfinite(arrival)) continue;
       any_ = true;
-      const auto shown = std::lower_bound(ticks_s.begin(), ticks_s.end(), arrival - kSameInstant_s);
-      if (shown != ticks_s.end()) shown_.emplace_back(*shown, *shown - packet.t_s);
+      const std::size_t shown = ticks.not_before(arrival - kSameInstant_s);
+      if (shown < ticks_s.size()) shown_.emplace_back(ticks_s[shown], ticks_s[shown] - packet.t_s);
     }
-    std::sort(shown_.begin(), shown_.end());
+    if (!std::is_sorted(shown_.begin(), shown_.end())) std::sort(shown_.begin(), shown_.end());
     for (std::size_t k = 1; k < shown_.size(); ++k) {
       shown_[k].second = std::min(shown_[k].second, shown_[k - 1].second);
     }
   }
   bool empty() const { return !any_; }
-  double until(double t) const {
-    const auto after =
-        std::upper_bound(shown_.begin(), shown_.end(), std::pair(t, std::numeric_limits<double>::infinity()));
-    return after == shown_.begin() ? kAbsent : std::prev(after)->second;
+  // In order of time.
+  double until(double t) {
+    while (next_ < shown_.size() && !(t < shown_[next_].first)) ++next_;
+    return next_ == 0 ? kAbsent : shown_[next_ - 1].second;
   }
 
  private:
   bool any_ = false;
   std::vector<std::pair<double, double>> shown_;  // tick, least transit so far
+  std::size_t next_ = 0;                          // the first that is shown later
 };
 
 // Without one-way delays only their sum is known. Half of the fastest round trip is the usual guess; the caller says
@@ -62,6 +64,10 @@ double half_fastest_round_trip(const Session& session) {
 
 SideCurves curves_of(const std::vector<StationSample>& samples, double sign_F, bool true_angle, bool true_torque) {
   SideCurves side;
+  for (auto* column :
+       {&side.t_s, &side.x_rad, &side.v_rad_s, &side.F_nm, &side.f_nm, &side.playout_delay_s, &side.dt_s})
+    column->reserve(samples.size());
+  side.state.reserve(samples.size());
   for (const StationSample& s : samples) {
     if (!std::isfinite(s.t_s) || (!side.t_s.empty() && s.t_s <= side.t_s.back())) continue;
     if (!side.t_s.empty()) side.dt_s.push_back(std::min(s.t_s - side.t_s.back(), kGap_s));
@@ -79,7 +85,7 @@ SideCurves curves_of(const std::vector<StationSample>& samples, double sign_F, b
 
 // T_p = transit of the fastest packet + depth of the buffer. Returns whether the transit was measured.
 bool add_transit(SideCurves& side, const std::vector<LinkSample>& link, bool forward, double otherwise_s) {
-  const FastestPacket fastest(link, forward, side.t_s);
+  FastestPacket fastest(link, forward, side.t_s);
   for (std::size_t k = 0; k < side.t_s.size(); ++k) {
     side.playout_delay_s[k] += fastest.empty() ? otherwise_s : fastest.until(side.t_s[k]);
   }
@@ -87,10 +93,9 @@ bool add_transit(SideCurves& side, const std::vector<LinkSample>& link, bool for
 }
 
 // Index of the last tick at or before t, if that tick is not a hole ago.
-bool engaged_at(const SideCurves& side, double t) {
-  const auto after = std::upper_bound(side.t_s.begin(), side.t_s.end(), t);
-  if (after == side.t_s.begin() || t - *std::prev(after) > kGap_s) return false;
-  return side.state[static_cast<std::size_t>(after - side.t_s.begin()) - 1] == kEngaged;
+bool engaged_at(const SideCurves& side, Walk& walk, double t) {
+  const std::size_t after = walk.after(t);
+  return after > 0 && !(t - side.t_s[after - 1] > kGap_s) && side.state[after - 1] == kEngaged;
 }
 
 // By F dx and not F v dt: the angle is exact where the velocity is filtered.
@@ -105,11 +110,34 @@ std::vector<double> absorbed_energy(const SideCurves& side, double sign) {
 
 }  // namespace
 
-double interpolate(const std::vector<double>& t_s, const std::vector<double>& y, double t) {
-  const auto after = std::lower_bound(t_s.begin(), t_s.end(), t);
-  if (after == t_s.end()) return kAbsent;
-  const auto k = static_cast<std::size_t>(after - t_s.begin());
-  if (*after == t) return y[k];
+std::size_t Walk::not_before(double t) {
+  constexpr int kSteps = 8;  // from there on halving is quicker
+  const std::size_t count = t_s_.size();
+  if (std::isnan(t)) return 0;  // as a search finds it
+  for (int step = 0; step < kSteps; ++step) {
+    if (at_ < count && t_s_[at_] < t) {
+      ++at_;
+    } else if (at_ > 0 && !(t_s_[at_ - 1] < t)) {
+      --at_;
+    } else {
+      return at_;
+    }
+  }
+  return at_ = static_cast<std::size_t>(std::lower_bound(t_s_.begin(), t_s_.end(), t) - t_s_.begin());
+}
+
+std::size_t Walk::after(double t) {
+  if (std::isnan(t)) return t_s_.size();  // as a search finds it
+  std::size_t k = not_before(t);
+  while (k < t_s_.size() && !(t < t_s_[k])) ++k;
+  return k;
+}
+
+double Walk::interpolate(const std::vector<double>& y, double t) {
+  const std::vector<double>& t_s = t_s_;
+  const std::size_t k = not_before(t);
+  if (k == t_s.size()) return kAbsent;
+  if (t_s[k] == t) return y[k];
   if (k == 0 || t_s[k] - t_s[k - 1] > kGap_s) return kAbsent;
   return y[k - 1] + (y[k] - y[k - 1]) * (t - t_s[k - 1]) / (t_s[k] - t_s[k - 1]);
 }
@@ -134,19 +162,23 @@ AlignedSession align(const Session& session, const scene::Scene& scene) {
   out.link_known = to_slave && to_master;
   const SideCurves &m = out.master, &s = out.slave;
 
+  Walk at_master(m.t_s), at_slave(s.t_s), at_slave_then(s.t_s);
+  for (auto* column : {&out.tracking_rad, &out.force_error_of_motion_nm}) column->reserve(s.t_s.size());
   for (std::size_t k = 0; k < s.t_s.size(); ++k) {
     const double sent = s.t_s[k] - s.playout_delay_s[k];
-    const bool engaged = s.state[k] == kEngaged && engaged_at(m, sent);
-    out.tracking_rad.push_back(engaged ? s.x_rad[k] - p * interpolate(m.t_s, m.x_rad, sent) : kAbsent);
-    out.force_error_of_motion_nm.push_back(engaged ? q * s.F_nm[k] - interpolate(m.t_s, m.F_nm, sent) : kAbsent);
+    const bool engaged = s.state[k] == kEngaged && engaged_at(m, at_master, sent);
+    out.tracking_rad.push_back(engaged ? s.x_rad[k] - p * at_master.interpolate(m.x_rad, sent) : kAbsent);
+    out.force_error_of_motion_nm.push_back(engaged ? q * s.F_nm[k] - at_master.interpolate(m.F_nm, sent) : kAbsent);
   }
+  for (auto* column : {&out.force_error_nm, &out.force_error_delayed_nm}) column->reserve(m.t_s.size());
   for (std::size_t k = 0; k < m.t_s.size(); ++k) {
     const double now = m.t_s[k], sent = now - m.playout_delay_s[k];
     const bool engaged = m.state[k] == kEngaged;
-    out.force_error_nm.push_back(engaged && engaged_at(s, now) ? m.F_nm[k] - q * interpolate(s.t_s, s.F_nm, now)
-                                                               : kAbsent);
-    out.force_error_delayed_nm.push_back(
-        engaged && engaged_at(s, sent) ? m.f_nm[k] + q * interpolate(s.t_s, s.f_nm, sent) : kAbsent);
+    out.force_error_nm.push_back(
+        engaged && engaged_at(s, at_slave, now) ? m.F_nm[k] - q * at_slave.interpolate(s.F_nm, now) : kAbsent);
+    out.force_error_delayed_nm.push_back(engaged && engaged_at(s, at_slave_then, sent)
+                                             ? m.f_nm[k] + q * at_slave_then.interpolate(s.f_nm, sent)
+                                             : kAbsent);
   }
   out.energy_master_j = absorbed_energy(m, +1);
   out.energy_slave_j = absorbed_energy(s, -1);

@@ -2,6 +2,7 @@
 // share these curves, so that a number and its picture cannot disagree.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "common/record/session.hpp"
@@ -43,7 +44,22 @@ struct AlignedSession {
 // Ticks whose time is not finite, or not after the one before, are left out.
 AlignedSession align(const Session& session, const scene::Scene& scene);
 
-// Linear between ticks; NaN outside the recording, within a hole, and next to a NaN.
-double interpolate(const std::vector<double>& t_s, const std::vector<double>& y, double t);
+// Looks at curves of one axis of time again and again, mostly a little later: from where it looked last a step or two
+// lead there, and no search. What it finds does not depend on where it was.
+class Walk {
+ public:
+  explicit Walk(const std::vector<double>& t_s) : t_s_(t_s) {}
+
+  // The first tick that is not before t; the number of ticks if all are.
+  std::size_t not_before(double t);
+  // The first tick after t.
+  std::size_t after(double t);
+  // Linear between ticks; NaN outside the recording, within a hole, and next to a NaN.
+  double interpolate(const std::vector<double>& y, double t);
+
+ private:
+  const std::vector<double>& t_s_;
+  std::size_t at_ = 0;
+};
 
 }  // namespace farhand

@@ -258,9 +258,10 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   const Statistics E_m = over(a.master.t_s, a.energy_master_j, everything()),
                    E_s = over(a.slave.t_s, a.energy_slave_j, everything());
   Statistics both;
+  Walk at_slave(a.slave.t_s);
   for (std::size_t k = 0; k < a.master.t_s.size(); ++k)
     both.add(a.energy_master_j[k] +
-             a.force_scale / a.position_scale * interpolate(a.slave.t_s, a.energy_slave_j, a.master.t_s[k]));
+             a.force_scale / a.position_scale * at_slave.interpolate(a.energy_slave_j, a.master.t_s[k]));
   const auto least = [&](std::string_view key, const Statistics& s) {
     if (s.count == 0)
       out.set_absent(key, "nothing was recorded");
