@@ -15,7 +15,6 @@
 #include "netem/lab/bare_run.hpp"
 #include "netem/lab/precision_report.hpp"
 #include "netem/lab/simulation.hpp"
-#include "netem/lab/sweep.hpp"
 #include "tests/support/alloc_counter.hpp"
 
 namespace farhand {
@@ -235,58 +234,11 @@ TEST(Precision, FindsTheOrdersOfAFreeMotion) {
   EXPECT_EQ(precision_html(result).find("nan"), std::string::npos);
 }
 
-std::vector<scene::Scene> walls(std::size_t count) {
-  std::vector<scene::Scene> out;
-  for (std::size_t k = 0; k < count; ++k) {
-    scene::Scene scene = wall();
-    scene.set_duration_s(4);
-    scene.mutable_slave()->mutable_wall()->set_stiffness_nm_per_rad(1e3 *
-                                                                    std::pow(10.0, 0.15 * static_cast<double>(k)));
-    scene.mutable_control()->set_k_f_per_kgm2(200 + 5 * static_cast<double>(k));
-    out.push_back(scene);
-  }
-  return out;
-}
-
-// The same numbers lane by lane as one run by itself, whoever runs beside it, however many threads there are.
-TEST(Sweep, DoesNotDependOnThreadsOrNeighbours) {
-  const std::vector<scene::Scene> scenes = walls(10);
-  const auto scene_of = [&scenes](std::size_t k) { return scenes[k]; };
-  const std::vector<SweepOutcome> one = sweep(scenes.size(), scene_of, 1);
-  EXPECT_EQ(sweep(scenes.size(), scene_of, 2), one);
-  EXPECT_EQ(sweep(scenes.size(), scene_of, 3), one);
-  const std::vector<SweepOutcome> backwards = sweep(
-      scenes.size(), [&scenes](std::size_t k) { return scenes[scenes.size() - 1 - k]; }, 1);
-  for (std::size_t k = 0; k < scenes.size(); ++k) EXPECT_EQ(backwards[scenes.size() - 1 - k], one[k]) << k;
-}
-
-TEST(Sweep, LanesMoveAsTheRunByItself) {
-  for (const char* name : {"four_channel_wall", "four_channel_cdob", "four_channel_cdob_sdcv", "zero_delay"}) {
-    for (const bool ideal : {true, false}) {
-      scene::Scene scene = load_scene(name).scene;
-      scene.set_duration_s(6);
-      if (ideal) {
-        scene.mutable_master()->mutable_motor()->set_encoder_counts_per_rev(0);
-        scene.mutable_slave()->mutable_motor()->set_encoder_counts_per_rev(0);
-      }
-      ASSERT_TRUE(LockStep::suits(scene));
-      const auto lanes = make_lock_step({&scene, 1});
-      lanes->run();
-      const SweepOutcome o = lanes->outcomes().front();
-      const auto run = make_bare_run(scene, {BareMethod::kClosedForm, 0, 0}, false);
-      const Trajectory alone = run->record(ticks_of(scene) - 1);
-      EXPECT_NEAR(o.x_s, alone.x_s.back(), ideal ? 1e-12 : 1e-3) << name;
-      EXPECT_NEAR(o.x_m, alone.x_m.back(), ideal ? 1e-12 : 1e-3) << name;
-    }
-  }
-}
-
-TEST(Sweep, AllocatesNothingOnceItRuns) {
+TEST(BareRun, AllocatesNothingOnceItRuns) {
   if (kCounterIsBlind) GTEST_SKIP();
-  const std::vector<scene::Scene> scenes = walls(LockStep::kScenes);
-  const auto run = make_lock_step(scenes);
+  const auto run = make_bare_run(wall(), {BareMethod::kClosedForm, 0, 0}, false);
   const TouchCounter counter;
-  run->run();
+  run->run(4000);
   EXPECT_EQ(counter.since(), Touched{});
 }
 

@@ -52,6 +52,13 @@ constexpr auto kColumns = std::to_array<std::pair<std::string_view, double Stati
     {"true_f_nm", &StationSample::true_f_nm},
 });
 
+std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+  return out + '"';
+}
+
 template <class Number>
 void append(std::string& row, Number y) {
   char buffer[48];
@@ -84,6 +91,32 @@ std::string summary_json(const Metrics& metrics, bool with_wall_clock) {
     if (metric.info->deterministic || with_wall_clock) json.set(metric.info->key, json_of(metric.value));
   }
   return json.dump(2) + "\n";
+}
+
+std::vector<std::string_view> metrics_columns() {
+  std::vector<std::string_view> all;
+  for (const MetricInfo& info : kMetrics) {
+    if (info.deterministic) all.push_back(info.key);
+  }
+  return all;
+}
+
+std::string metrics_row(const Metrics& metrics) {
+  std::string row;
+  for (const Metric& metric : metrics.all()) {
+    if (!metric.info->deterministic) continue;
+    if (&metric != &metrics.all().front()) row += ',';
+    if (const auto* text = std::get_if<std::string>(&metric.value)) {
+      row += quoted(*text);
+    } else if (const auto* list = std::get_if<std::vector<std::string>>(&metric.value)) {
+      std::string all;
+      for (const std::string& item : *list) all += (all.empty() ? "" : "; ") + item;
+      if (!all.empty()) row += quoted(all);
+    } else if (!std::holds_alternative<std::monostate>(metric.value)) {
+      row += json_of(metric.value).dump(0);
+    }
+  }
+  return row;
 }
 
 void write_csv(const Session& session, std::ostream& out) {

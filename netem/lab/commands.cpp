@@ -20,7 +20,7 @@ constexpr std::array kCommands{
                "error of position and force against wall time: every integrator in the bare loop of a scene",
                add_precision},
     LabCommand{"sweep",
-               "a scene over ranges of its settings, in the bare loop and on all cores; --set field=from:to:count",
+               "whole sessions of a scene over ranges of its settings, on all cores; --set field=from:to:count",
                add_sweep},
     LabCommand{"recording", "mend or export a recording", add_recording},
     LabCommand{"endure",

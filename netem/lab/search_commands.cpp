@@ -1,6 +1,5 @@
 // Many sessions at once, or the same in many ways.
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <iomanip>
 #include <iostream>
@@ -8,7 +7,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/config/schema.hpp"
 #include "common/runtime/program.hpp"
 #include "netem/lab/commands.hpp"
 #include "netem/lab/extreme_report.hpp"
@@ -63,33 +61,6 @@ int run_precision(const PrecisionChoice& choice) {
   return kExitOk;
 }
 
-// field=from:to:count, both ends included.
-struct SweptField {
-  std::string name;
-  double from, to;
-  std::size_t count;
-
-  double at(std::size_t k) const {
-    return count > 1 ? from + (to - from) * static_cast<double>(k) / static_cast<double>(count - 1) : from;
-  }
-};
-
-bool number(std::string_view text, auto& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
-// False: an ordinary setting.
-bool parse_range(const std::string& set, SweptField& field) {
-  const std::size_t equals = set.find('='), first = set.find(':', equals), second = set.find(':', first + 1);
-  if (equals == std::string::npos || first == std::string::npos || second == std::string::npos) return false;
-  const std::string_view all(set);
-  field.name = set.substr(0, equals);
-  return number(all.substr(equals + 1, first - equals - 1), field.from) &&
-         number(all.substr(first + 1, second - first - 1), field.to) && number(all.substr(second + 1), field.count) &&
-         field.count > 0;
-}
-
 struct SweepChoice {
   SceneChoice scene;
   int threads = 0;
@@ -97,54 +68,18 @@ struct SweepChoice {
 };
 
 int run_sweep(const SweepChoice& choice) {
-  std::vector<SweptField> fields;
-  std::vector<std::string> sets;
-  for (const std::string& set : choice.scene.sets) {
-    SweptField field;
-    if (parse_range(set, field)) {
-      fields.push_back(field);
-    } else {
-      sets.push_back(set);
-    }
-  }
-  std::size_t count = 1;
-  for (const SweptField& field : fields) {
-    if (field.count > 10'000'000 / count) throw std::invalid_argument("a sweep has at most 10 million scenes");
-    count *= field.count;
-  }
-  // The last field runs fastest.
-  const auto values = [&fields](std::size_t k) {
-    std::vector<double> out(fields.size());
-    for (std::size_t i = fields.size(); i-- > 0; k /= fields[i].count) out[i] = fields[i].at(k % fields[i].count);
-    return out;
-  };
-  const auto scene_of = [&](std::size_t k) {
-    std::vector<std::string> all = sets;
-    const std::vector<double> at = values(k);
-    for (std::size_t i = 0; i < fields.size(); ++i) all.push_back(fields[i].name + "=" + shortest(at[i]));
-    return load_scene(choice.scene.scene, all, choice.scene.seed).scene;
-  };
-  scene_of(0), scene_of(count - 1);  // mistakes are said before anything runs
-
+  const SweepAsked asked = swept(choice.scene.scene, choice.scene.sets, choice.scene.seed);
   const Workload work(choice.threads, "scenes");
   const Stopwatch wall;
-  const std::vector<SweepOutcome> outcomes = sweep(count, scene_of, work);
+  Swept done;
+  write_to(choice.csv, [&](std::ostream& out) { done = sweep(asked, work, out); });
   const double wall_s = wall.s();
-
-  write_to(choice.csv, [&](std::ostream& out) {
-    for (const SweptField& field : fields) out << field.name << ',';
-    out << "x_m_rad,x_s_rad,f_m_nm,f_s_nm,tracking_rms_rad,residual_p2p_rad,ended\n";
-    for (std::size_t k = 0; k < outcomes.size(); ++k) {
-      for (const double value : values(k)) out << shortest(value) << ',';
-      const SweepOutcome& o = outcomes[k];
-      for (const double y : {o.x_m, o.x_s, o.f_m, o.f_s, o.tracking_rms, o.residual}) out << shortest(y) << ',';
-      out << (o.failure.empty() ? "ok" : o.failure) << '\n';
-    }
-  });
-  std::cerr << outcomes.size() << (outcomes.size() < count ? " of " + std::to_string(count) : "") << " scenes in "
-            << std::setprecision(3) << wall_s << " s on " << work.threads() << " threads, "
-            << static_cast<double>(outcomes.size()) / wall_s << " per second with loading\n";
-  return outcomes.size() < count ? kExitStopped : kExitOk;
+  std::cerr << done.rows << (done.rows < asked.scenes() ? " of " + std::to_string(asked.scenes()) : "") << " scenes, "
+            << done.failed << " with the verdict failed, " << done.refused << " refused, in " << std::setprecision(3)
+            << wall_s << " s on " << work.threads() << " threads, " << static_cast<double>(done.rows) / wall_s
+            << " a second\n";
+  if (done.rows < asked.scenes()) return kExitStopped;
+  return done.refused == done.rows ? kExitUsage : kExitOk;
 }
 
 struct ExtremeChoice {

@@ -1,47 +1,49 @@
-// Many scenes on all cores: four at a time in lockstep where their plants allow it, each by itself where not. What
-// comes out does not depend on the number of threads, nor on which scenes ran side by side.
+// Whole sessions of a scene over ranges of its settings, on all cores: of each the metrics that `run` prints of it.
 #pragma once
 
+#include <cstdint>
 #include <functional>
-#include <memory>
-#include <span>
+#include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
 #include "netem/lab/workload.hpp"
-#include "proto/scene.pb.h"
 
 namespace farhand {
 
-// In the bare loop: a constant delay of whole ticks, engaged from the start.
-struct SweepOutcome {
-  double x_m = 0, x_s = 0, f_m = 0, f_s = 0;  // rad, N m: as the sides say it themselves, at the last tick
-  double tracking_rms = 0;                    // rad, slave against the master as received
-  double residual = 0;                        // rad, from least to greatest x_s of the last 2 s
-  std::string failure;                        // empty: ran to its end
+// One axis of a sweep: settings that take the same values together.
+struct SweptAxis {
+  std::vector<std::string> fields;
+  double from = 0, to = 0;
+  std::size_t count = 1;
 
-  bool operator==(const SweepOutcome&) const = default;
+  // Both ends included.
+  double at(std::size_t k) const;
 };
 
-// Scenes that run in lockstep, made ready: run() neither allocates nor throws.
-class LockStep {
- public:
-  virtual ~LockStep() = default;
-  virtual void run() noexcept = 0;
-  virtual std::vector<SweepOutcome> outcomes() const = 0;
+struct SweepAsked {
+  std::string scene;              // name or path
+  std::vector<std::string> sets;  // field.path=value, the same for all
+  std::vector<SweptAxis> axes;    // the last one runs fastest
+  std::optional<std::uint64_t> seed;
 
-  static constexpr std::size_t kScenes = 4;
-  // What may differ between them: everything but architecture, length, control period and delays.
-  static bool suits(const scene::Scene& scene);
-  static bool together(const scene::Scene& a, const scene::Scene& b);
+  std::size_t scenes() const;
 };
 
-// 1 to LockStep::kScenes complete scenes that suit and go together.
-std::unique_ptr<LockStep> make_lock_step(std::span<const scene::Scene> scenes);
+// "a.b=from:to:count", or "a.b,c.d=from:to:count" for settings that go together, is an axis; everything else is a
+// setting. Throws std::invalid_argument for a range that is none, and where there are more than a million scenes.
+SweepAsked swept(const std::string& scene, const std::vector<std::string>& sets, std::optional<std::uint64_t> seed);
 
-// scene_of(k): the complete scene k of `count`; called from any thread. Fewer outcomes, the first ones, where a signal
-// ended the work.
-std::vector<SweepOutcome> sweep(std::size_t count, const std::function<scene::Scene(std::size_t)>& scene_of,
-                                const Workload& work);
+struct Swept {
+  std::size_t rows = 0;     // written; fewer than were asked for where a signal ended the work
+  std::size_t refused = 0;  // of them: scenes that `run` refuses
+  std::size_t failed = 0;   // whose verdict is failed
+};
+
+// A table with a row for each scene, in order, as soon as it and those before it are done: the swept values, what the
+// scene was refused for, and every metric of `run --json` with the same digits. Same bytes for any number of threads.
+// Throws what the first scene is refused for where the last one is refused too.
+Swept sweep(const SweepAsked& asked, const Workload& work, std::ostream& out);
 
 }  // namespace farhand
