@@ -137,7 +137,7 @@ std::size_t expect_every_setting_as_run_says_it(const Sets& more) {
     const Table table = table_of(scene, sets);
     EXPECT_EQ(table.rows.size(), 2u) << field;
     for (std::size_t row = 0; row < table.rows.size(); ++row) {
-      sets.back() = table.head[0] + "=" + table.rows[row][0];
+      sets.back() = table.head[0].substr(4) + "=" + table.rows[row][0];  // set.FIELD
       expect_what_run_says(table, row, scene, sets);
     }
   }
@@ -187,8 +187,8 @@ TEST(Sweep, TheLastRangeRunsFastestAndSettingsMayGoTogether) {
   const Table table =
       table_of("zero_delay", {"seed=1:2:2", "network.forward.delay_s,network.backward.delay_s=0:0.02:3"});
   ASSERT_EQ(table.rows.size(), 6u);
-  EXPECT_EQ(table.head[0], "seed");
-  EXPECT_EQ(table.head[1], "network.forward.delay_s+network.backward.delay_s");
+  EXPECT_EQ(table.head[0], "set.seed");
+  EXPECT_EQ(table.head[1], "set.network.forward.delay_s+network.backward.delay_s");
   EXPECT_EQ(table.rows[2][0], "1");
   EXPECT_EQ(table.rows[2][1], "0.02");
   EXPECT_EQ(table.rows[3][0], "2");
@@ -216,7 +216,7 @@ TEST(Sweep, SaysAMistakeThatIsInEverySceneBeforeAnythingRuns) {
 
 TEST(Sweep, RefusesARangeThatIsNone) {
   for (const char* set : {"seed=1:2", "seed=1:2:0", "seed=1:2:x", "seed=:2:3", "seed=1:2:3:4", "seed,=1:2:3",
-                          "seed,duration_s=3", "seed=1:2:-3"}) {
+                          "seed,duration_s=3", "seed=1:2:-3", "seed=1:inf:2", "seed=1:2:1"}) {
     try {
       swept("demo", {set}, {});
       FAIL() << set;
@@ -224,8 +224,31 @@ TEST(Sweep, RefusesARangeThatIsNone) {
       EXPECT_NE(std::string(refused.what()).find(set), std::string::npos) << refused.what();
     }
   }
+  EXPECT_NO_THROW(swept("demo", {"seed=2:2:1", "slave.hand=<stiffness_nm_per_rad: 5>", "description=\"a: b\""}, {}));
   EXPECT_THROW(swept("demo", {"seed=1:2:1001", "duration_s=20:30:1000"}, {}), std::invalid_argument);
   EXPECT_NO_THROW(swept("demo", {"seed=1:2:1000", "duration_s=20:30:1000"}, {}));
+}
+
+// Else a column would tell of a value that did not run.
+TEST(Sweep, RefusesAFieldThatIsGivenTwice) {
+  for (const Sets& sets : {Sets{"seed=1:2:2", "seed=3"}, Sets{"seed=1:2:2", "seed=3:4:2"}, Sets{"seed,seed=1:2:2"},
+                           Sets{"seed=3", "seed=1:2:2"}}) {
+    EXPECT_THROW(swept("demo", sets, {}), std::invalid_argument) << sets.back();
+  }
+  EXPECT_THROW(swept("demo", {"seed=1:2:2"}, 5), std::invalid_argument);
+  EXPECT_NO_THROW(swept("demo", {"duration_s=20:30:2"}, 5));
+}
+
+TEST(Sweep, WarnsOfASceneAsRunDoes) {
+  const Table table = table_of("four_channel_wall", {"slave.wall.stiffness_nm_per_rad=1e3:1e8:2"});
+  EXPECT_EQ(table.at(0, "warnings"), "");
+  EXPECT_NE(table.at(1, "warnings").find("hammers on"), std::string::npos) << table.at(1, "warnings");
+}
+
+TEST(Sweep, EndsAtTheFirstRowThatCannotBeWritten) {
+  std::ostringstream out;
+  out.setstate(std::ios::badbit);
+  EXPECT_THROW(sweep(swept("zero_delay", {"seed=1:1000:1000"}, {}), 2, out), std::runtime_error);
 }
 
 }  // namespace

@@ -37,7 +37,12 @@ OutputStream::OutputStream(const std::filesystem::path& wanted) : std::ostream(n
 }
 
 OutputStream::~OutputStream() {
-  if (!finished_) buffer_.file.discard();
+  if (finished_) return;
+  if (kept_) {
+    buffer_.file.complete();
+  } else {
+    buffer_.file.discard();
+  }
 }
 
 void OutputStream::finish() {

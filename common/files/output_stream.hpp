@@ -13,10 +13,13 @@ class OutputStream : public std::ostream {
  public:
   // Throws like NewFile.
   explicit OutputStream(const std::filesystem::path& wanted);
-  ~OutputStream() override;  // without finish(): removes the file, for half a result looks like a whole one
+  ~OutputStream() override;  // without finish() or keep(): removes the file, for half a result looks like a whole one
 
   // Throws std::runtime_error when not all of it is in the file.
   void finish();
+
+  // What is written is of use by itself, as rows of a table are: without finish() too it stays.
+  void keep() noexcept { kept_ = true; }
 
   const NewFile& made() const { return buffer_.file; }
 
@@ -32,7 +35,7 @@ class OutputStream : public std::ostream {
   };
 
   Buffer buffer_;
-  bool finished_ = false;
+  bool finished_ = false, kept_ = false;
 };
 
 }  // namespace farhand

@@ -141,9 +141,11 @@ StationCounters StationLoop::counters(const RunStats& stats) const noexcept {
 StationCounters StationLoop::counted() const noexcept {
   StationCounters total = counters_of(side_.receiver().counters());
   total.sent = sent_;
-  total.rejected_checksum = rejected_[static_cast<std::size_t>(DecodeResult::kChecksum)];
   for (std::size_t i = 1; i < rejected_.size(); ++i) {
-    if (i != static_cast<std::size_t>(DecodeResult::kChecksum)) total.rejected_format += rejected_[i];
+    const auto why = static_cast<DecodeResult>(i);
+    (why == DecodeResult::kChecksum    ? total.rejected_checksum
+     : why == DecodeResult::kNotFinite ? total.rejected_not_finite
+                                       : total.rejected_format) += rejected_[i];
   }
   if (const ChannelCounters* security = ports_.link->security()) {
     total.rejected_checksum += security->forged;

@@ -72,7 +72,8 @@ int run_sweep(const SweepChoice& choice) {
   const Workload work(choice.threads, "scenes");
   const Stopwatch wall;
   Swept done;
-  write_to(choice.csv, [&](std::ostream& out) { done = sweep(asked, work, out); });
+  write_to(
+      choice.csv, [&](std::ostream& out) { done = sweep(asked, work, out); }, Partial::kKept);
   const double wall_s = wall.s();
   std::cerr << done.rows << (done.rows < asked.scenes() ? " of " + std::to_string(asked.scenes()) : "") << " scenes, "
             << done.failed << " with the verdict failed, " << done.refused << " refused, in " << std::setprecision(3)

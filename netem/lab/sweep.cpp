@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <mutex>
+#include <new>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
+#include "common/advice/warnings.hpp"
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
 #include "common/judge/metrics.hpp"
@@ -44,12 +47,17 @@ std::optional<SweptAxis> axis_of(const std::string& set) {
                          range = std::string_view(set).substr(equals + 1);
   const std::vector<std::string_view> parts = split(range, ':');
   const bool several = names.find(',') != std::string_view::npos;
-  // Values of messages hold colons too: {delay_s: 0.1}.
-  if (!several && (parts.size() < 2 || range.find('{') != std::string_view::npos)) return {};
+  // Groups and texts hold colons too: {delay_s: 0.1}.
+  const bool group =
+      range.starts_with('{') || range.starts_with('<') || range.starts_with('"') || range.starts_with('\'');
+  if (!several && (parts.size() < 2 || group)) return {};
   SweptAxis axis;
   const bool fine = parts.size() == 3 && number(parts[0], axis.from) && number(parts[1], axis.to) &&
-                    number(parts[2], axis.count) && axis.count > 0;
+                    number(parts[2], axis.count) && axis.count > 0 && std::isfinite(axis.to - axis.from);
   if (!fine) throw std::invalid_argument("--set " + set + ": a range is from:to:count, such as 0:0.2:5");
+  if (axis.count == 1 && axis.from != axis.to)
+    throw std::invalid_argument("--set " + set +
+                                ": both ends are included, so a range from one to another counts 2 or more");
   for (const std::string_view name : split(names, ',')) {
     if (name.empty()) throw std::invalid_argument("--set " + set + ": a field has no name");
     axis.fields.emplace_back(name);
@@ -69,6 +77,30 @@ struct Row {
   bool refused = false, failed = false;
 };
 
+// What is given twice has one value only, and a column would tell of the other.
+void require_once(const SweepAsked& asked) {
+  const auto within = [](std::string_view a, std::string_view b) {
+    return a == b || (a.starts_with(b) && a[b.size()] == '.');
+  };
+  std::vector<std::string_view> swept_fields;
+  for (const SweptAxis& axis : asked.axes) {
+    for (const std::string& field : axis.fields) {
+      for (const std::string_view other : swept_fields) {
+        if (within(field, other) || within(other, field))
+          throw std::invalid_argument("--set " + field + " is swept twice, with " + std::string(other));
+      }
+      for (const std::string& set : asked.sets) {
+        const std::string_view name = std::string_view(set).substr(0, set.find('='));
+        if (name == field)
+          throw std::invalid_argument("--set " + field + " is swept, and set to one value by --set " + set);
+      }
+      if (field == "seed" && asked.seed)
+        throw std::invalid_argument("--set seed is swept, and --seed sets it to one value");
+      swept_fields.push_back(field);
+    }
+  }
+}
+
 // Rows leave in order, whichever is done first.
 class InOrder {
  public:
@@ -84,7 +116,7 @@ class InOrder {
       ++done_.rows;
       waiting_.erase(next);
     }
-    out_.flush();
+    if (!out_.flush()) throw std::runtime_error("no more rows can be written");
   }
   const Swept& done() const { return done_; }
 
@@ -125,18 +157,27 @@ void require_one(const SweepAsked& asked) {
   }
 }
 
-Row row_of(const SweepAsked& asked, std::size_t k) {
+std::string joined(const std::vector<std::string>& sentences) {
+  std::string all;
+  for (const std::string& sentence : sentences) all += (all.empty() ? "" : "; ") + sentence;
+  return all.empty() ? all : quoted(all);
+}
+
+Row row_of(const SweepAsked& asked, std::size_t k, const Workload& work) {
   const std::vector<double> values = values_of(asked, k);
   Row row;
   for (const double value : values) row.text += shortest(value) + ',';
   try {
     const LoadedScene loaded = scene_of(asked, values);
-    const Metrics metrics = compute_metrics(simulate(loaded), loaded.scene);
+    const std::function<void(double)> go_on = [&](double) { work.require_all(!work.stopped()); };
+    const Metrics metrics = compute_metrics(simulate(loaded, go_on), loaded.scene);
     row.failed = metrics.text("verdict") == "failed";
-    row.text += ',' + metrics_row(metrics);
+    row.text += ',' + joined(warnings(loaded.scene)) + ',' + metrics_row(metrics);
+  } catch (const std::bad_alloc&) {
+    throw std::runtime_error("a session of this length needs more memory than there is; take fewer --threads");
   } catch (const std::exception& refused) {
     row.refused = true;
-    row.text += quoted(refused.what()) + std::string(metrics_columns().size(), ',');
+    row.text += quoted(refused.what()) + std::string(metrics_columns().size() + 1, ',');
   }
   return row;
 }
@@ -165,6 +206,7 @@ SweepAsked swept(const std::string& scene, const std::vector<std::string>& sets,
       asked.sets.push_back(set);
     }
   }
+  require_once(asked);
   asked.scenes();
   return asked;
 }
@@ -176,14 +218,18 @@ Swept sweep(const SweepAsked& asked, const Workload& work, std::ostream& out) {
   ::mallopt(M_MMAP_THRESHOLD, kMost);
   ::mallopt(M_TRIM_THRESHOLD, kMost);
   for (const SweptAxis& axis : asked.axes) {
-    for (std::size_t k = 0; k < axis.fields.size(); ++k) out << (k > 0 ? "+" : "") << axis.fields[k];
+    for (std::size_t k = 0; k < axis.fields.size(); ++k) out << (k > 0 ? "+" : "set.") << axis.fields[k];
     out << ',';
   }
-  out << "refused";
+  out << "refused,warnings";
   for (const std::string_view column : metrics_columns()) out << ',' << column;
   out << '\n';
   InOrder rows(out);
-  work.each(asked.scenes(), [&](std::size_t k) { rows.put(k, row_of(asked, k)); });
+  try {
+    work.each(asked.scenes(), [&](std::size_t k) { rows.put(k, row_of(asked, k, work)); });
+  } catch (const Stopped&) {
+    // The rows that are whole stand there.
+  }
   return rows.done();
 }
 

@@ -32,7 +32,8 @@ struct SweepAsked {
 };
 
 // "a.b=from:to:count", or "a.b,c.d=from:to:count" for settings that go together, is an axis; everything else is a
-// setting. Throws std::invalid_argument for a range that is none, and where there are more than a million scenes.
+// setting. Throws std::invalid_argument for a range that is none, for a field that is given twice, and where there are
+// more than a million scenes.
 SweepAsked swept(const std::string& scene, const std::vector<std::string>& sets, std::optional<std::uint64_t> seed);
 
 struct Swept {
@@ -41,9 +42,10 @@ struct Swept {
   std::size_t failed = 0;   // whose verdict is failed
 };
 
-// A table with a row for each scene, in order, as soon as it and those before it are done: the swept values, what the
-// scene was refused for, and every metric of `run --json` with the same digits. Same bytes for any number of threads.
-// Throws what the first scene is refused for where the last one is refused too.
+// A table with a row for each scene, in order, as soon as it and those before it are done: the swept values (columns
+// "set.FIELD"), what the scene was refused for or warned of, and every metric of `run --json` with the same digits.
+// Same bytes for any number of threads. Throws what the first scene is refused for where the last one is refused too,
+// and std::runtime_error as soon as a row cannot be written.
 Swept sweep(const SweepAsked& asked, const Workload& work, std::ostream& out);
 
 }  // namespace farhand

@@ -1,6 +1,7 @@
 // Where a command's results go.
 #pragma once
 
+#include <cstdint>
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -11,8 +12,11 @@ namespace farhand {
 
 // "-" is standard output, nothing is nowhere, all else a new file (common/files/output.hpp); if its name is taken,
 // stderr says which one it has got. Returns its name. Throws std::runtime_error when not all of it could be written.
+// kept: what is written is of use by itself, and stays when the rest cannot be.
+enum class Partial : std::uint8_t { kRemoved, kKept };
+
 template <class Write>
-std::filesystem::path write_to(const std::string& path, Write&& write) {
+std::filesystem::path write_to(const std::string& path, Write&& write, Partial partial = Partial::kRemoved) {
   if (path.empty()) return {};
   if (path == "-") {
     write(std::cout);
@@ -20,7 +24,13 @@ std::filesystem::path write_to(const std::string& path, Write&& write) {
     return {};
   }
   OutputStream file(path);
-  write(file);
+  if (partial == Partial::kKept) file.keep();
+  try {
+    write(file);
+  } catch (const std::exception&) {
+    if (!file) file.finish();  // throws why nothing more could be written
+    throw;
+  }
   file.finish();
   if (const std::string sentence = other_name(file.made()); !sentence.empty()) std::cerr << sentence << '\n';
   return file.made().file();
