@@ -48,6 +48,19 @@ TEST(WriteTo, WhatExistsStaysAndTheOtherNameIsSaid) {
   EXPECT_EQ(file_bytes(scratch / "x-2.csv"), "new");
 }
 
+// Half a result looks like a whole one; the first rows of a table do not.
+TEST(WriteTo, WhatEndsInTheMiddleLeavesRowsAndNothingElse) {
+  ScratchDirectory scratch;
+  const auto half = [](std::ostream& out) {
+    out << "a row\n" << std::flush;
+    throw std::runtime_error("no more");
+  };
+  EXPECT_THROW(write_to((scratch / "whole").string(), half), std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(scratch / "whole"));
+  EXPECT_THROW(write_to((scratch / "rows").string(), half, Partial::kKept), std::runtime_error);
+  EXPECT_EQ(file_bytes(scratch / "rows"), "a row\n");
+}
+
 TEST(WriteTo, ADashIsStandardOutput) {
   testing::internal::CaptureStdout();
   write_to("-", [](std::ostream& out) { out << "here"; });

@@ -52,13 +52,6 @@ constexpr auto kColumns = std::to_array<std::pair<std::string_view, double Stati
     {"true_f_nm", &StationSample::true_f_nm},
 });
 
-std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + '"';
-}
-
 template <class Number>
 void append(std::string& row, Number y) {
   char buffer[48];
@@ -93,6 +86,19 @@ std::string summary_json(const Metrics& metrics, bool with_wall_clock) {
   return json.dump(2) + "\n";
 }
 
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+  return out + '"';
+}
+
+std::string csv_cell(const std::vector<std::string>& list) {
+  std::string all;
+  for (const std::string& item : list) all += (all.empty() ? "" : "; ") + item;
+  return csv_cell(all);
+}
+
 std::vector<std::string_view> metrics_columns() {
   std::vector<std::string_view> all;
   for (const MetricInfo& info : kMetrics) {
@@ -107,11 +113,9 @@ std::string metrics_row(const Metrics& metrics) {
     if (!metric.info->deterministic) continue;
     if (&metric != &metrics.all().front()) row += ',';
     if (const auto* text = std::get_if<std::string>(&metric.value)) {
-      row += quoted(*text);
+      row += csv_cell(*text);
     } else if (const auto* list = std::get_if<std::vector<std::string>>(&metric.value)) {
-      std::string all;
-      for (const std::string& item : *list) all += (all.empty() ? "" : "; ") + item;
-      if (!all.empty()) row += quoted(all);
+      row += csv_cell(*list);
     } else if (!std::holds_alternative<std::monostate>(metric.value)) {
       row += json_of(metric.value).dump(0);
     }

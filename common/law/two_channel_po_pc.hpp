@@ -53,60 +53,59 @@ class AccountedPort {
   Joints<N> slack_ = Joints<N>::Zero();   // rad, of the play through which the axis moves the account
 };
 
+// What both sides have.
 template <int N>
-class PassiveMaster final : public Law<N> {
+class TwoChannelPassivity : public Law<N> {
  public:
-  PassiveMaster(const LawParams& p, const FourChannelGains& K, double dt_s)
+  TwoChannelPassivity(const LawParams& p, const FourChannelGains& K, double dt_s)
       : Law<N>({.account = true}), p_(p.two_channel), port_(K.K_f, dt_s) {}
 
   void start(const LawInputs<N>& in) noexcept override { port_.start(in.account); }
+  LawSignals signals() const noexcept override { return port_.signals(); }
+
+ protected:
+  TwoChannelParams p_;
+  AccountedPort<N> port_;
+};
+
+template <int N>
+class PassiveMaster final : public TwoChannelPassivity<N> {
+ public:
+  using TwoChannelPassivity<N>::TwoChannelPassivity;
 
   Wish<N> step(const LawInputs<N>& in) noexcept override {
-    port_.keep(in.account);
+    this->port_.keep(in.account);
     Wish<N> wish;
     if (in.engaged) {
       acting_ = in.since.acting;
-      const Joints<N>& F = F_.step(p_, in.local, in.received, in.since.silent_s);
-      wish = port_.passive(-in.since.peers_acting * F, in.local);
+      const Joints<N>& F = F_.step(this->p_, in.local, in.received, in.since.silent_s);
+      wish = this->port_.passive(-in.since.peers_acting * F, in.local);
     }
     wish.tell = {in.local.x, in.local.v, -acting_ * F_.value()};
-    wish.energy = port_.energy_sent();
+    wish.energy = this->port_.energy_sent();
     return wish;
   }
 
-  LawSignals signals() const noexcept override { return port_.signals(); }
-
  private:
-  TwoChannelParams p_;
-  AccountedPort<N> port_;
   HeldTo<N> F_;
   double acting_ = 1.0;  // of it, what is given on an average
 };
 
 template <int N>
-class PassiveSlave final : public Law<N> {
+class PassiveSlave final : public TwoChannelPassivity<N> {
  public:
-  PassiveSlave(const LawParams& p, const FourChannelGains& K, double dt_s)
-      : Law<N>({.account = true}), p_(p.two_channel), port_(K.K_f, dt_s) {}
-
-  void start(const LawInputs<N>& in) noexcept override { port_.start(in.account); }
+  using TwoChannelPassivity<N>::TwoChannelPassivity;
 
   Wish<N> step(const LawInputs<N>& in) noexcept override {
-    port_.keep(in.account);
+    this->port_.keep(in.account);
     Wish<N> wish{.tell = Told<N>::motion(in.local)};
     if (in.engaged) {
-      wish = port_.passive(-in.since.acting * in.received.f, in.local);
-      wish.follow.f += p_.B_slave * in.local.v;
+      wish = this->port_.passive(-in.since.acting * in.received.f, in.local);
+      wish.follow.f += this->p_.B_slave * in.local.v;
     }
-    wish.energy = port_.energy_sent();
+    wish.energy = this->port_.energy_sent();
     return wish;
   }
-
-  LawSignals signals() const noexcept override { return port_.signals(); }
-
- private:
-  TwoChannelParams p_;
-  AccountedPort<N> port_;
 };
 
 }  // namespace farhand

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <exception>
 #include <map>
 #include <mutex>
 #include <new>
@@ -63,13 +64,6 @@ std::optional<SweptAxis> axis_of(const std::string& set) {
     axis.fields.emplace_back(name);
   }
   return axis;
-}
-
-std::string quoted(std::string text) {
-  std::ranges::replace(text, '\n', ' ');
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + '"';
 }
 
 struct Row {
@@ -144,23 +138,16 @@ LoadedScene scene_of(const SweepAsked& asked, const std::vector<double>& values)
 
 // A mistake that is in every scene, such as a field that is none, is said before anything runs.
 void require_one(const SweepAsked& asked) {
-  const std::size_t last = asked.scenes() - 1;
-  try {
-    scene_of(asked, values_of(asked, 0));
-  } catch (const std::exception&) {
-    if (last == 0) throw;
+  const auto refusal = [&](std::size_t k) -> std::exception_ptr {
     try {
-      scene_of(asked, values_of(asked, last));
+      scene_of(asked, values_of(asked, k));
+      return nullptr;
     } catch (const std::exception&) {
-      scene_of(asked, values_of(asked, 0));  // throws
+      return std::current_exception();
     }
-  }
-}
-
-std::string joined(const std::vector<std::string>& sentences) {
-  std::string all;
-  for (const std::string& sentence : sentences) all += (all.empty() ? "" : "; ") + sentence;
-  return all.empty() ? all : quoted(all);
+  };
+  const std::exception_ptr first = refusal(0);
+  if (first && refusal(asked.scenes() - 1)) std::rethrow_exception(first);
 }
 
 Row row_of(const SweepAsked& asked, std::size_t k, const Workload& work) {
@@ -172,12 +159,14 @@ Row row_of(const SweepAsked& asked, std::size_t k, const Workload& work) {
     const std::function<void(double)> go_on = [&](double) { work.require_all(!work.stopped()); };
     const Metrics metrics = compute_metrics(simulate(loaded, go_on), loaded.scene);
     row.failed = metrics.text("verdict") == "failed";
-    row.text += ',' + joined(warnings(loaded.scene)) + ',' + metrics_row(metrics);
+    row.text += ',' + csv_cell(warnings(loaded.scene)) + ',' + metrics_row(metrics);
   } catch (const std::bad_alloc&) {
     throw std::runtime_error("a session of this length needs more memory than there is; take fewer --threads");
   } catch (const std::exception& refused) {
     row.refused = true;
-    row.text += quoted(refused.what()) + std::string(metrics_columns().size() + 1, ',');
+    std::string why = refused.what();
+    std::ranges::replace(why, '\n', ' ');
+    row.text += csv_cell(why) + std::string(metrics_columns().size() + 1, ',');
   }
   return row;
 }
