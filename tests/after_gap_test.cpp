@@ -1,13 +1,13 @@
 // A gap in time: what observers, laws and accounts make of ticks that were missed, of a clock that jumped, and of
 // content that did not come.
-#include "common/scene/after_gap.hpp"
+#include "common/station/after_gap.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "common/control/mediator.hpp"
+#include "common/law/mediator.hpp"
 #include "common/law/two_channel_po_pc.hpp"
 #include "common/runtime/owned_station.hpp"
 

@@ -10,7 +10,7 @@
 #include "common/device/pty.hpp"
 #include "common/link/packet.hpp"
 #include "common/link/udp.hpp"
-#include "common/scene/states.hpp"
+#include "common/station/states.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/session_processes.hpp"
 

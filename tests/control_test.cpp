@@ -5,13 +5,13 @@
 #include <limits>
 #include <random>
 
-#include "common/control/cdob.hpp"
-#include "common/control/four_channel.hpp"
-#include "common/control/limits.hpp"
-#include "common/control/sdcv.hpp"
+#include "common/law/acceleration_law.hpp"
+#include "common/law/cdob.hpp"
 #include "common/law/four_channel_cdob_sdcv.hpp"
-#include "common/scene/drive_law.hpp"
+#include "common/law/sdcv.hpp"
 #include "common/signal/delay_line.hpp"
+#include "common/station/drive_law.hpp"
+#include "common/station/limits.hpp"
 #include "netem/lab/bare_law.hpp"
 #include "netem/lab/plain_step.hpp"
 #include "tests/support/dice.hpp"

@@ -1,6 +1,6 @@
 // The state machine and the blend: nothing moves at start, engaging needs an act, nothing jumps, and the table in
 // STATES.md is the one in the code.
-#include "common/scene/engagement.hpp"
+#include "common/station/engagement.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <sstream>
 #include <string>
 
-#include "common/scene/blend.hpp"
+#include "common/station/blend.hpp"
 
 namespace farhand {
 namespace {

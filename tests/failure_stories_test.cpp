@@ -11,7 +11,7 @@
 
 #include "common/link/packet.hpp"
 #include "common/record/mcap_reader.hpp"
-#include "common/scene/states.hpp"
+#include "common/station/states.hpp"
 #include "netem/lab/unexplained_step.hpp"
 #include "tests/support/scratch_directory.hpp"
 #include "tests/support/session_processes.hpp"

@@ -1,5 +1,5 @@
 // The gate through which everything passes that an authentic peer says.
-#include "common/control/intake.hpp"
+#include "common/station/intake.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The model that the therapist feels: what it learns of a hand and of a wall, and whole sessions over delays that no
 // loop would bear.
-#include "common/control/mediator.hpp"
+#include "common/law/mediator.hpp"
 
 #include <gtest/gtest.h>
 

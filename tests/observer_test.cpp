@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "common/control/limits.hpp"
 #include "common/observer/rtob.hpp"
+#include "common/station/limits.hpp"
 
 namespace farhand {
 namespace {

@@ -1,6 +1,6 @@
 // What the patient's box allows: the closed forms of its limits, and what leaves its last gate whatever is asked. Whole
 // sessions: limited_session_test.cpp.
-#include "common/control/patient_limits.hpp"
+#include "common/station/patient_limits.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,11 +9,11 @@
 #include <limits>
 #include <random>
 
-#include "common/control/four_channel.hpp"
-#include "common/control/limits.hpp"
-#include "common/control/person_bound.hpp"
+#include "common/law/acceleration_law.hpp"
 #include "common/runtime/live_status.hpp"
-#include "common/scene/patient_guard.hpp"
+#include "common/station/limits.hpp"
+#include "common/station/patient_guard.hpp"
+#include "common/station/person_bound.hpp"
 #include "tests/support/uniform.hpp"
 
 namespace farhand {

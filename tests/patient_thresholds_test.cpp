@@ -1,5 +1,5 @@
 // f_1 and f_2 of SDCV as named of the patient: which motions name them, which must not, and what a session gains.
-#include "common/control/patient_thresholds.hpp"
+#include "common/law/patient_thresholds.hpp"
 
 #include <gtest/gtest.h>
 

@@ -31,14 +31,14 @@ class CheckRooms(unittest.TestCase):
         self.assertEqual(self.check({file: text}), (0, ""))
 
     def test_arrows_hold_one_way(self):
-        self.assert_accepted("common/control/law.hpp", '#include "common/observer/dob.hpp"\n#include "common/control/x.hpp"\n')
-        self.assert_refused("common/observer/dob.hpp", '// one\n#include "common/control/law.hpp"\n', 2, "observer may include only: signal")
+        self.assert_accepted("common/law/law.hpp", '#include "common/observer/dob.hpp"\n#include "common/law/x.hpp"\n')
+        self.assert_refused("common/observer/dob.hpp", '// one\n#include "common/law/law.hpp"\n', 2, "observer may include only: signal")
         self.assert_refused("common/signal/a.hpp", '#include "common/plant/motor.hpp"\n', 1, "signal may include only: nothing")
         self.assert_refused("common/plant/a.cpp", '#  include   "proto/scene.pb.h"\n', 1, "plant")
 
     def test_single_files_of_a_room_may_be_let_in(self):
-        self.assert_accepted("common/scene/station.hpp", '#include "common/link/packet.hpp"\n')
-        self.assert_refused("common/scene/station.hpp", '#include "common/link/codec.hpp"\n', 1, "common/link/codec.hpp")
+        self.assert_accepted("common/station/station.hpp", '#include "common/link/packet.hpp"\n')
+        self.assert_refused("common/station/station.hpp", '#include "common/link/codec.hpp"\n', 1, "common/link/codec.hpp")
 
     def test_common_never_includes_a_program(self):
         for folder in ("master", "slave", "netem", "tests"):
@@ -59,14 +59,14 @@ class CheckRooms(unittest.TestCase):
         self.assert_refused("common/law/a.hpp", "void f(const Station<Io>&);\n", 1, "names Station")
         self.assert_refused("common/law/a.hpp", "ReferenceIo<1> io;\n", 1, "names ReferenceIo")
         self.assert_accepted("common/law/a.hpp", "// A drive, a Station\nWish<1> wish;\n")
-        self.assert_refused("common/scene/a.hpp", '#include "common/law/wave.hpp"\n', 1, "common/law/wave.hpp")
-        self.assert_accepted("common/scene/a.hpp", '#include "common/law/law.hpp"\n')
+        self.assert_refused("common/station/a.hpp", '#include "common/law/wave.hpp"\n', 1, "common/law/wave.hpp")
+        self.assert_accepted("common/station/a.hpp", '#include "common/law/law.hpp"\n')
         self.assert_refused("common/law/a.hpp", "#include <memory>\n", 1, "<memory>")
         self.assert_accepted("common/law/architectures.hpp", "#include <memory>\n")
 
     def test_headers_banned_inside_a_tick(self):
         for header in ("chrono", "functional", "iostream", "map", "memory", "mutex", "string", "thread", "vector"):
-            for file in ("common/signal/a.hpp", "common/scene/a.cpp", "common/link/receiver.hpp"):
+            for file in ("common/signal/a.hpp", "common/station/a.cpp", "common/link/receiver.hpp"):
                 self.assert_refused(file, f"#include <{header}>\n", 1, f"<{header}>")
             self.assert_accepted("common/link/udp.hpp", f"#include <{header}>\n")
         self.assert_accepted("common/signal/a.hpp", "#include <array>\n")

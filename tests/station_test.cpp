@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "common/control/four_channel.hpp"
+#include "common/law/acceleration_law.hpp"
 #include "netem/lab/unexplained_step.hpp"
 #include "tests/support/station_pair.hpp"
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "common/advice/scene_loops.hpp"
-#include "common/control/wave.hpp"
 #include "common/judge/metrics.hpp"
+#include "common/law/wave_variables.hpp"
 #include "netem/lab/simulation.hpp"
 #include "tests/support/session_metrics.hpp"
 

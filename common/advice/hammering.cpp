@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/plant/world.hpp"
-#include "common/scene/drive.hpp"
+#include "common/station/drive.hpp"
 
 namespace farhand {
 

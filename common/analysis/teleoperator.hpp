@@ -29,7 +29,7 @@ std::function<SideResponse::Sent(std::complex<double> z)> orthosis_slave(const O
 // Motions of the whole that grow by more than this factor per tick; each side by itself must not.
 int growing_motions(const Teleoperator& teleoperator, double factor = 1.0);
 
-// Two channels (common/control/two_channel.hpp), whose law moves an axis by K_f times a torque: the loops of both sides
+// Two channels (common/law/two_channel.hpp), whose law moves an axis by K_f times a torque: the loops of both sides
 // are those of the force alone, without K_p and K_d.
 //
 //   u_m = -K_f F,  u_s = K_f (F z^-R_1 - B_slave v_s),  F = K_2 (x_m - x_s z^-R_2) + B_2 (v_m - v_s z^-R_2)

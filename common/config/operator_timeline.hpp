@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "common/scene/states.hpp"
+#include "common/station/states.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {

@@ -1,7 +1,7 @@
 // Of what kind a scene is: its device, its architecture, and how its sides differ in size.
 #pragma once
 
-#include "common/scene/params.hpp"
+#include "common/station/params.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {

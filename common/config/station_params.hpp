@@ -2,7 +2,7 @@
 // meaning in code.
 #pragma once
 
-#include "common/scene/params.hpp"
+#include "common/station/params.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {

@@ -10,7 +10,7 @@
 #include <limits>
 
 #include "common/device/mcu_frame.hpp"
-#include "common/scene/drive_io.hpp"
+#include "common/station/drive_io.hpp"
 
 namespace farhand {
 

@@ -11,7 +11,7 @@
 #include "common/device/mcu_si.hpp"
 #include "common/device/serial_counters.hpp"
 #include "common/device/truth.hpp"
-#include "common/scene/drive_io.hpp"
+#include "common/station/drive_io.hpp"
 
 namespace farhand {
 

@@ -6,8 +6,8 @@
 
 #include "common/device/truth.hpp"
 #include "common/plant/world.hpp"
-#include "common/scene/drive_io.hpp"
 #include "common/signal/torque_hold.hpp"
+#include "common/station/drive_io.hpp"
 
 namespace farhand {
 

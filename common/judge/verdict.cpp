@@ -88,7 +88,7 @@ std::string kept_from_time(std::string_view who, const std::vector<StationSample
                       : "The PC of the " + std::string(who) + " " + said + ": nothing is said about the controller.";
 }
 
-// A shorter gap says nothing against a session, but may be why it moved: common/scene/after_gap.hpp.
+// A shorter gap says nothing against a session, but may be why it moved: common/station/after_gap.hpp.
 std::string moved_by_gap(std::string_view who, const std::vector<StationSample>& side,
                          const StationCounters& counters) {
   constexpr double kFelt_s = 0.005;

@@ -2,7 +2,7 @@
 // observer adds makes the angle that is followed undelayed.
 #pragma once
 
-#include "common/control/cdob.hpp"
+#include "common/law/cdob.hpp"
 #include "common/law/law.hpp"
 #include "common/law/params.hpp"
 

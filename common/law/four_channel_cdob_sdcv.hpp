@@ -5,11 +5,11 @@
 #include <cstddef>
 #include <optional>
 
-#include "common/control/cdob.hpp"
-#include "common/control/patient_thresholds.hpp"
-#include "common/control/sdcv.hpp"
+#include "common/law/cdob.hpp"
 #include "common/law/law.hpp"
 #include "common/law/params.hpp"
+#include "common/law/patient_thresholds.hpp"
+#include "common/law/sdcv.hpp"
 
 namespace farhand {
 

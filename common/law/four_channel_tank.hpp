@@ -7,7 +7,7 @@
 // which is K_f (g tau - d v - f) for a law that asks for the torque tau. What packets carry besides is one number.
 #pragma once
 
-#include "common/control/energy_tank.hpp"
+#include "common/law/energy_tank.hpp"
 #include "common/law/law.hpp"
 #include "common/law/params.hpp"
 #include "common/signal/low_pass.hpp"

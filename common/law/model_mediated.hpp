@@ -1,8 +1,8 @@
-// Four channels against a learnt model of the patient's side, on the therapist's (common/control/mediator.hpp).
+// Four channels against a learnt model of the patient's side, on the therapist's (common/law/mediator.hpp).
 #pragma once
 
-#include "common/control/mediator.hpp"
 #include "common/law/law.hpp"
+#include "common/law/mediator.hpp"
 #include "common/law/params.hpp"
 
 namespace farhand {

@@ -1,11 +1,51 @@
-// Two channels, position one way and force the other (common/control/two_channel.hpp).
+// Two channels, position one way and force the other (Daud 2011, 4.4.1, 5.3.1). The master is held to where the slave
+// was; the slave gives the torque that this took. Stable over short delays only: the one loop goes through both.
+//
+//   tau_m = -F,   F = K_2 (x_m - x_s^d) + B_2 (v_m - v_s^d)          tau_s = F^d - B_slave v_s
+//
+// While nothing newer comes the slave is taken to stand where it was last, and a therapist who goes on would be held
+// there: what a word that is old gives him never grows. Where a host stops and its drive lets go, again and again, the
+// therapist pushes through, or the slave stands back, and F grows: so the slave is told what was given here on an
+// average, and the therapist feels what counts of a slave that was let go of. A slave whose own drive lets go gives
+// less, too: its hand swings, and would be met by all of it (tests/gaps_test.cpp).
 #pragma once
 
-#include "common/control/two_channel.hpp"
+#include <utility>
+
 #include "common/law/law.hpp"
 #include "common/law/params.hpp"
 
 namespace farhand {
+
+// What the master gives against the therapist, N m. Positive where the master is ahead of the slave.
+template <int N>
+Joints<N> held_to(const TwoChannelParams& p, const Motion<N>& local, const Motion<N>& received) noexcept {
+  return p.K_2 * (local.x - received.x) + p.B_2 * (local.v - received.v);
+}
+
+template <int N>
+class HeldTo {
+ public:
+  // silent_s: since something newer of the slave was shown. Same sign as held_to().
+  const Joints<N>& step(const TwoChannelParams& p, const Motion<N>& local, const Motion<N>& received,
+                        double silent_s) noexcept {
+    const bool old = silent_s > kOld;
+    const Joints<N> F = held_to(p, local, received);
+    if (!std::exchange(old_, old)) most_ = F_.abs();
+    F_ = old ? Joints<N>(F.max(-most_).min(most_)) : F;
+    return F_;
+  }
+  void reset() noexcept {
+    F_.setZero();
+    old_ = false;
+  }
+  const Joints<N>& value() const noexcept { return F_; }
+
+ private:
+  static constexpr double kOld = 5.5e-3;  // s
+  Joints<N> F_ = Joints<N>::Zero(), most_ = Joints<N>::Zero();
+  bool old_ = false;
+};
 
 template <int N>
 class TwoChannelMaster final : public Law<N> {

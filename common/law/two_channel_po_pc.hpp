@@ -1,11 +1,11 @@
-// Two channels (two_channel.hpp) with a passivity observer and controller at each port (common/control/passivity.hpp).
+// Two channels (two_channel.hpp) with a passivity observer and controller at each port (common/law/passivity.hpp).
 // They stand below the law and lower its torque, or damp, only where energy is short.
 #pragma once
 
-#include "common/control/passivity.hpp"
-#include "common/control/two_channel.hpp"
 #include "common/law/law.hpp"
 #include "common/law/params.hpp"
+#include "common/law/passivity.hpp"
+#include "common/law/two_channel.hpp"
 
 namespace farhand {
 

@@ -1,10 +1,10 @@
-// Wave variables (common/control/wave.hpp). What is sent beside the angle, by which the sides align, is the integral of
-// the wave: what is lost on the way is made up for by the next packet.
+// Wave variables (common/law/wave_variables.hpp). What is sent beside the angle, by which the sides align, is the
+// integral of the wave: what is lost on the way is made up for by the next packet.
 #pragma once
 
-#include "common/control/wave.hpp"
 #include "common/law/law.hpp"
 #include "common/law/params.hpp"
+#include "common/law/wave_variables.hpp"
 
 namespace farhand {
 

@@ -4,7 +4,7 @@
 #include "common/device/truth.hpp"
 #include "common/link/receiver.hpp"
 #include "common/record/session.hpp"
-#include "common/scene/tick_trace.hpp"
+#include "common/station/tick_trace.hpp"
 
 namespace farhand {
 

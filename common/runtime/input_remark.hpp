@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/scene/states.hpp"
+#include "common/station/states.hpp"
 
 namespace farhand {
 

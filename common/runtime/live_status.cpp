@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "common/scene/states.hpp"
+#include "common/station/states.hpp"
 
 namespace farhand {
 namespace {

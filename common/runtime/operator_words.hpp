@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "common/scene/states.hpp"
+#include "common/station/states.hpp"
 
 namespace farhand {
 

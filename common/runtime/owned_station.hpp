@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "common/law/architectures.hpp"
-#include "common/scene/station.hpp"
+#include "common/station/station.hpp"
 
 namespace farhand {
 

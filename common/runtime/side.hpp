@@ -9,7 +9,7 @@
 #include "common/device/serial_counters.hpp"
 #include "common/device/truth.hpp"
 #include "common/link/receiver.hpp"
-#include "common/scene/tick_trace.hpp"
+#include "common/station/tick_trace.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {

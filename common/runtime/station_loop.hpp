@@ -16,8 +16,8 @@
 #include "common/runtime/run_loop.hpp"
 #include "common/runtime/side.hpp"
 #include "common/runtime/stop_input.hpp"
-#include "common/scene/choice_note.hpp"
-#include "common/scene/shaking_note.hpp"
+#include "common/station/choice_note.hpp"
+#include "common/station/shaking_note.hpp"
 
 namespace farhand {
 

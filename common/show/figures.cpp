@@ -8,7 +8,7 @@
 
 #include "common/judge/digits.hpp"
 #include "common/link/packet.hpp"
-#include "common/scene/engagement.hpp"
+#include "common/station/engagement.hpp"
 
 namespace farhand {
 namespace {

@@ -6,7 +6,7 @@
 namespace farhand {
 
 // Limits that act right now, as bits (sent to the peer, recorded, shown to the therapist). The numbers are on the wire
-// and in recordings: never reuse one. What each does: common/scene/patient_guard.hpp.
+// and in recordings: never reuse one. What each does: common/station/patient_guard.hpp.
 enum LimitBit : std::uint32_t {
   kLimitTorque = 1u << 0,        // torque clipped to the limit of the axis
   kLimitRate = 1u << 1,          // change per tick clipped

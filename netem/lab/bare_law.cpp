@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "common/law/architectures.hpp"
-#include "common/scene/drive.hpp"
+#include "common/station/drive.hpp"
 
 namespace farhand {
 namespace {

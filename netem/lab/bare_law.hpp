@@ -6,7 +6,7 @@
 #include <memory>
 #include <string_view>
 
-#include "common/scene/params.hpp"
+#include "common/station/params.hpp"
 
 namespace farhand {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/record/sample.hpp"
-#include "common/scene/params.hpp"
+#include "common/station/params.hpp"
 #include "netem/lab/explain.hpp"
 #include "netem/lab/station_inputs.hpp"
 

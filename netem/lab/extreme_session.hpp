@@ -10,7 +10,7 @@
 #include "common/config/load.hpp"
 #include "common/link/codec.hpp"
 #include "common/link/receiver.hpp"
-#include "common/scene/engagement.hpp"
+#include "common/station/engagement.hpp"
 #include "netem/lab/extreme_probe.hpp"
 #include "netem/link_params.hpp"
 

@@ -13,7 +13,7 @@
 #include "common/config/load.hpp"
 #include "common/config/schema.hpp"
 #include "common/record/stamps.hpp"
-#include "common/scene/states.hpp"
+#include "common/station/states.hpp"
 
 namespace farhand {
 namespace {

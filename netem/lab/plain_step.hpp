@@ -9,8 +9,8 @@
 #include <concepts>
 #include <cstdint>
 
-#include "common/scene/params.hpp"
 #include "common/signal/limit_bits.hpp"
+#include "common/station/params.hpp"
 
 namespace farhand {
 

@@ -21,7 +21,7 @@
 #include <cstdint>
 #include <string>
 
-#include "common/scene/tick_trace.hpp"
+#include "common/station/tick_trace.hpp"
 #include "netem/lab/rogue_release.hpp"
 
 namespace farhand::rogue {

@@ -3,12 +3,12 @@
 // tests/explain_test.cpp holds these to the same numbers, bench/zero_cost_bench.cpp compares the time.
 #pragma once
 
-#include "common/control/four_channel.hpp"
+#include "common/law/acceleration_law.hpp"
 #include "common/link/codec.hpp"
 #include "common/link/receiver.hpp"
-#include "common/scene/blend.hpp"
-#include "common/scene/drive.hpp"
-#include "common/scene/engagement.hpp"
+#include "common/station/blend.hpp"
+#include "common/station/drive.hpp"
+#include "common/station/engagement.hpp"
 
 namespace farhand::cut {
 

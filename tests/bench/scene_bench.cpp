@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "common/law/architectures.hpp"
-#include "common/scene/drive.hpp"
+#include "common/station/drive.hpp"
 #include "netem/lab/plain_step.hpp"
 
 namespace farhand {

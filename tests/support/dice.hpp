@@ -7,9 +7,9 @@
 #include <map>
 #include <random>
 
-#include "common/scene/params.hpp"
 #include "common/signal/limit_bits.hpp"
 #include "common/signal/motion.hpp"
+#include "common/station/params.hpp"
 
 namespace farhand {
 

@@ -10,7 +10,7 @@
 #include "common/identify/free_motion.hpp"
 #include "common/identify/sweeps.hpp"
 #include "common/plant/world.hpp"
-#include "common/scene/drive.hpp"
+#include "common/station/drive.hpp"
 #include "tests/support/uniform.hpp"
 
 namespace farhand {

@@ -1,8 +1,0 @@
-#include "common/scene/station.hpp"
-
-namespace farhand {
-
-template class Station<DirectIo<1>>;
-template class Station<ReferenceIo<1>>;
-
-}  // namespace farhand

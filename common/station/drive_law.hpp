@@ -1,0 +1,112 @@
+// What a direct drive does: included where it is compiled, and by what wants it for another number of joints.
+#pragma once
+
+#include "common/law/acceleration_law.hpp"
+#include "common/station/drive.hpp"
+
+namespace farhand {
+
+template <int N>
+void DirectDrive<N>::reset(const Sensed& sensed) noexcept {
+  derivative_.reset(sensed.x);
+  stuck_.reset();
+  unseen_ = 0;
+  bound_.reset();
+  dob_.reset(Joints<N>::Zero(), Joints<N>::Zero());
+  rtob_.reset(-model_.gravity_load<N>(sensed.x), Joints<N>::Zero());
+}
+
+template <int N>
+Motion<N> DirectDrive<N>::observe(const Sensed& sensed, int ticks) noexcept {
+  if (ticks > 1) {
+    stuck_.reset();
+    return across(sensed.x, std::exchange(unseen_, 0), ticks);
+  }
+  acted_ = gate_.applied();
+  acted_share_ = 1.0;
+  const Dob<N>& known = stuck_.stood() > 0 ? moving_.dob : dob_;
+  if (stuck_.step(sensed.x, derivative_.value(), (acted_ - known.value()) / model_.J_n))
+    moving_ = {derivative_, dob_, rtob_, acted_};
+  if (stuck_.stuck(limits_ != 0)) {
+    derivative_ = moving_.derivative;
+    dob_ = moving_.dob;
+    rtob_ = moving_.rtob;
+    unseen_ = stuck_.stood();
+    return {sensed.x, stuck_.v(), rtob_.value()};
+  }
+  if (const int unseen = std::exchange(unseen_, 0)) return across(sensed.x, unseen, 1);
+  return estimate(sensed.x, acted_);
+}
+
+template <int N>
+Motion<N> DirectDrive<N>::estimate(const Joints<N>& x, const Joints<N>& tau) noexcept {
+  Motion<N> local;
+  local.x = x;
+  local.v = derivative_.step(x);
+  dob_.step(tau, local.v);
+  local.f = rtob_.step(tau, local.x, local.v);
+  return local;
+}
+
+// Tick by tick on the straight line between the two readings, under the torque that the drive gave meanwhile: what the
+// observers would have said had the axis moved evenly. The velocity is that of the whole gap, which is less noisy than
+// one of a tick, and no step of it is taken for a torque.
+template <int N>
+Motion<N> DirectDrive<N>::across(const Joints<N>& x, int unseen, int ticks) noexcept {
+  const int all = unseen + ticks;
+  if (all > kLongestGap) {
+    gate_.cut();
+    reset({.x = x});
+    acted_.setZero();
+    acted_share_ = 0.0;
+    return estimate(x, acted_);
+  }
+  const Joints<N> from = derivative_.last(), given = gate_.applied();
+  Motion<N> local;
+  acted_share_ = 0.0;
+  for (int k = 1; k <= all; ++k) {
+    const bool missed = ticks > 1 && k > unseen;  // nothing was commanded in it
+    const double share = missed ? power_stage_.share((k - unseen - 0.5) * dt_s_) : 1.0;
+    if (k > unseen) acted_share_ += share / ticks;
+    local = estimate(k < all ? Joints<N>(from + (x - from) * (k / static_cast<double>(all))) : x, given * share);
+  }
+  acted_ = given * acted_share_;
+  if (ticks > 1) gate_.decayed(power_stage_.share(ticks * dt_s_));
+  return local;
+}
+
+// Slow as the axis is, a reading that stands tells nothing for some ticks. If the axis did stop, what pushes it on may
+// come a few ms later; if it did not, what made up for the stop would drive it over the limit that it is near.
+template <int N>
+Joints<N> DirectDrive<N>::doubted(Joints<N> wish) const noexcept {
+  const Joints<N> moved = stuck_.moved();
+  for (int i = 0; i < N; ++i) {
+    const double most = std::max({moved[i] * moving_.torque[i], moved[i] * moving_.dob.value()[i], 0.0});
+    if (moved[i] * wish[i] > most && moved[i] != 0.0) wish[i] = moved[i] * most;
+  }
+  return wish;
+}
+
+template <int N>
+auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, Wanted wanted, int ticks) noexcept
+    -> Command {
+  authority_ = std::clamp(authority_ + (wanted.driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
+  const Joints<N> asked = four_channel(K_, local, target);
+  const Joints<N> a_ref = bound_.step(asked, local, gate_.applied(), dob_.value());
+  const std::uint32_t limits_before = std::exchange(limits_, wanted.driven ? bound_.active() : 0u);
+  const Joints<N> free = model_.J_n * a_ref + dob_.value();
+  const Joints<N> wish = (limits_before | (stuck_.stood() > 1 ? limits_ : 0u)) != 0 ? doubted(free) : free;
+  // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.
+  if (model_.gravity == 0.0) return {gate_.pass(authority_ * wish, local.x)};
+  const Joints<N>& idle = rtob_.gravity_load();
+  return {gate_.pass(idle + authority_ * (wish - idle), local.x)};
+}
+
+template <int N>
+auto DirectDrive<N>::safe() noexcept -> Command {
+  authority_ = 0.0;
+  limits_ = 0;
+  return {gate_.cut()};
+}
+
+}  // namespace farhand

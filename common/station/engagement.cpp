@@ -1,0 +1,144 @@
+#include "common/station/engagement.hpp"
+
+namespace farhand {
+namespace {
+
+using enum StationState;
+using enum Transition::Whose;
+using S = Circumstances;
+
+bool act(const S& s, OperatorAct one) noexcept { return s.in.act == one; }
+bool peer(const S& s, StateSet states) noexcept { return s.in.peer_alive && states.has(s.in.peer); }
+bool tested(const S& s) noexcept { return s.sound >= s.params.self_test && s.in.line == LineQuality::kGood; }
+bool knows_angle(const S& s) noexcept { return s.homed || !s.params.homing; }
+
+// The leader (therapist) engages by an operator's act. The follower (patient) engages only on the *edge* of a leader
+// that it has seen disengaged since it last let go, so that no stale or resumed stream of "engaged" packets can take
+// the hand. Out of Fault and Stopped leads an act of this very side, nothing that a packet says.
+//
+// The order is the priority: what ends a motion stands above what begins one.
+// clang-format off
+constexpr Transition kTransitions[] = {
+    // Latches, and what leads there.
+    {StateSet::all_but({kFault}), kFault, Reason::kNotFinite, kEither, "a reading is not a number",
+     [](const S& s) noexcept { return !s.in.finite; }},
+    {StateSet::all_but({kFault}), kFault, Reason::kNone, kEither, "the guard of this side finds a fault",
+     [](const S& s) noexcept { return s.in.guard_fault.has_value(); }},
+    {{kFault, kStopped}, kSelfTest, Reason::kOperator, kEither, "`reset` on this side",
+     [](const S& s) noexcept { return act(s, OperatorAct::kReset); }},
+    {StateSet::all_but({kFault, kStopped}), kStopped, Reason::kOperator, kEither, "`stop` on this side",
+     [](const S& s) noexcept { return act(s, OperatorAct::kStop); }},
+
+    // The device.
+    {{kHoming, kIdentifying}, kFault, Reason::kDeviceLost, kEither, "the device is lost",
+     [](const S& s) noexcept { return !s.in.device_valid; }},
+    {StateSet::all_but({kOff, kHoming, kIdentifying, kFault, kStopped}), kOff, Reason::kLineLags, kEither,
+     "commands and their echoes take 20 ms longer than the line needs",
+     [](const S& s) noexcept { return s.in.line == LineQuality::kLags; }},
+    {StateSet::all_but({kOff, kHoming, kIdentifying, kFault, kStopped}), kOff, Reason::kDeviceLost, kEither, "the device is lost",
+     [](const S& s) noexcept { return !s.in.device_valid; }},
+    {{kOff}, kSelfTest, Reason::kDeviceFound, kEither, "the device answers",
+     [](const S& s) noexcept { return s.in.device_valid; }},
+    {{kSelfTest}, kReady, Reason::kTested, kEither, "20 ms without a finding, and the angle is known",
+     [](const S& s) noexcept { return tested(s) && knows_angle(s); }},
+    {{kSelfTest}, kHoming, Reason::kOperator, kEither, "20 ms without a finding, the scene asks for homing, `home` on this side",
+     [](const S& s) noexcept { return tested(s) && !knows_angle(s) && act(s, OperatorAct::kHome); }},
+    {{kSelfTest}, kFault, Reason::kOutOfRange, kEither, "not sound within 1 s: a reading is out of range",
+     [](const S& s) noexcept { return !tested(s) && s.here > s.params.self_test_limit && !s.in.in_range; }},
+    {{kSelfTest}, kFault, Reason::kLineSlow, kEither,
+     "not sound within 1 s: the line to the device takes more than 8 ms, or its MCU does not tell",
+     [](const S& s) noexcept { return !tested(s) && s.here > s.params.self_test_limit && s.in.line != LineQuality::kGood; }},
+    {{kSelfTest}, kFault, Reason::kNotAtRest, kEither, "not sound within 1 s: the device gives torque",
+     [](const S& s) noexcept { return !tested(s) && s.here > s.params.self_test_limit; }},
+    {{kHoming, kIdentifying}, kFault, Reason::kOperator, kEither, "any act on this side but `stop`",
+     [](const S& s) noexcept { return !act(s, OperatorAct::kNone); }},
+    {{kHoming}, kFault, Reason::kBlocked, kEither, "a stop where none is, on the way back",
+     [](const S& s) noexcept { return s.in.homing == HomingProgress::kBlocked; }},
+    {{kHoming}, kReady, Reason::kHomed, kEither, "the stop was found, and the axis is back",
+     [](const S& s) noexcept { return s.in.homing == HomingProgress::kDone; }},
+    {{kHoming}, kFault, Reason::kTimeout, kEither, "not done in time",
+     [](const S& s) noexcept { return s.here > s.params.homing_timeout; }},
+
+    {{kIdentifying}, kFault, Reason::kBlocked, kEither, "something is in the way",
+     [](const S& s) noexcept { return s.in.identifying == IdentifyingProgress::kBlocked; }},
+    {{kIdentifying}, kFault, Reason::kAnotherAxis, kEither, "the axis is not the one of the scene, or not free",
+     [](const S& s) noexcept { return s.in.identifying == IdentifyingProgress::kAnother; }},
+    {{kIdentifying}, kReady, Reason::kIdentified, kEither, "the axis is the one of the scene, and is back",
+     [](const S& s) noexcept { return s.in.identifying == IdentifyingProgress::kAsSaid; }},
+
+    // The two together: out of a common motion,
+    {{kAligning, kEngaged}, kHolding, Reason::kOperator, kEither, "`hold` on this side",
+     [](const S& s) noexcept { return act(s, OperatorAct::kHold); }},
+    {{kEngaged}, kHolding, Reason::kPatientLimit, kFollower, "a limit of the patient's side asks for rest",
+     [](const S& s) noexcept { return s.in.limit_holds; }},
+    {{kEngaged}, kHolding, Reason::kTherapistLimit, kLeader, "for most of a second the therapist is moved at his limits",
+     [](const S& s) noexcept { return s.in.limit_holds; }},
+    {{kEngaged}, kHolding, Reason::kShaken, kEither, "the hand is shaken, and less of the peer's wishes does not calm it",
+     [](const S& s) noexcept { return s.in.shaken; }},
+    {{kAligning, kEngaged}, kHolding, Reason::kPeerSilent, kEither, "nothing heard for `receive.timeout_s`",
+     [](const S& s) noexcept { return !s.in.peer_alive; }},
+    {{kAligning, kEngaged}, kHolding, Reason::kPeerFault, kEither, "the peer is in Fault",
+     [](const S& s) noexcept { return peer(s, {kFault}); }},
+    {{kAligning, kEngaged}, kHolding, Reason::kPeerStopped, kLeader, "the peer is Stopped",
+     [](const S& s) noexcept { return peer(s, {kStopped}); }},
+    {{kEngaged}, kReady, Reason::kPeerStopped, kFollower, "the peer is Stopped",
+     [](const S& s) noexcept { return peer(s, {kStopped}); }},
+    {{kEngaged}, kReady, Reason::kPeerLetGo, kFollower, "the peer is Off, in Self-test, Homing, Identifying or Ready",
+     [](const S& s) noexcept { return peer(s, {kOff, kSelfTest, kHoming, kIdentifying, kReady}); }},
+    {{kEngaged}, kHolding, Reason::kPeerLetGo, kFollower, "the peer is Holding or Aligning",
+     [](const S& s) noexcept { return peer(s, {kHolding, kAligning}); }},
+    {{kEngaged}, kHolding, Reason::kPeerLetGo, kLeader, "the peer was Engaged and no longer is",
+     [](const S& s) noexcept { return s.peer_seen_engaged && !peer(s, {kEngaged}); }},
+    // and into one. The follower hears of the engagement one delay later and answers one more later.
+    {{kAligning}, kEngaged, Reason::kAligned, kLeader, "within `engagement.align_tolerance_rad`, nothing fades any more",
+     [](const S& s) noexcept { return s.in.aligned; }},
+    {{kAligning}, kHolding, Reason::kTimeout, kLeader, "not so close within `engagement.timeout_s`",
+     [](const S& s) noexcept { return s.here > s.params.timeout; }},
+    {{kEngaged}, kHolding, Reason::kTimeout, kLeader, "the peer did not engage within `engagement.timeout_s`",
+     [](const S& s) noexcept { return !s.peer_seen_engaged && s.here > s.params.timeout; }},
+    {{kReady}, kIdentifying, Reason::kOperator, kEither, "the scene asks for identification, `identify` on this side",
+     [](const S& s) noexcept { return s.params.identification && act(s, OperatorAct::kIdentify); }},
+    {{kReady, kHolding}, kAligning, Reason::kOperator, kLeader, "`engage` on this side, the peer is Ready or Holding",
+     [](const S& s) noexcept { return act(s, OperatorAct::kEngage) && peer(s, {kReady, kHolding}); }},
+    {{kReady, kHolding}, kEngaged, Reason::kPeerEngaged, kFollower,
+     "the edge (above), within 5 degrees, nothing fades any more, nobody here asks for rest, nothing shakes",
+     [](const S& s) noexcept { return peer(s, {kEngaged}) && s.peer_seen_disengaged && s.in.aligned &&
+                                        !s.in.limit_holds && !s.in.shaken &&
+                                        !act(s, OperatorAct::kHold); }},
+};
+// clang-format on
+
+constexpr bool is_of(Transition::Whose whose, Role role) noexcept {
+  return whose == kEither || (whose == kLeader) == (role == Role::kLeader);
+}
+
+}  // namespace
+
+std::span<const Transition> Engagement::transitions() noexcept { return kTransitions; }
+
+StationState Engagement::step(Nanoseconds now, const EngagementInputs& in) noexcept {
+  if (in.peer_alive) (in.peer == kEngaged ? peer_seen_engaged_ : peer_seen_disengaged_) = true;
+  if (!in.device_valid) homed_ = false;  // it may have been turned by hand, or restarted
+  if (!in.finite || !in.in_range || !in.at_rest) sound_since_ = now;
+  const Circumstances circumstances{
+      in, params_, now - since_, now - sound_since_, homed_, peer_seen_engaged_, peer_seen_disengaged_};
+  taken_ = nullptr;
+  for (const Transition& row : kTransitions) {
+    if (!row.from.has(state_) || !is_of(row.whose, role_) || !row.applies(circumstances)) continue;
+    take(row, now, in);
+    break;
+  }
+  return state_;
+}
+
+void Engagement::take(const Transition& row, Nanoseconds now, const EngagementInputs& in) noexcept {
+  taken_ = &row;
+  state_ = row.to;
+  reason_ = row.reason == Reason::kNone ? in.guard_fault.value_or(Reason::kNone) : row.reason;
+  since_ = sound_since_ = now;
+  peer_seen_disengaged_ = peer_seen_engaged_ = false;
+  if (row.reason == Reason::kHomed) homed_ = true;
+  if (state_ == kFault) homed_ = false;
+}
+
+}  // namespace farhand

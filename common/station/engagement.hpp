@@ -1,0 +1,89 @@
+// When may the two sides move each other? One machine on both sides; the table of its transitions, in engagement.cpp,
+// is the whole of it: the first row that applies is taken, and what no row allows does not happen.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "common/station/drive_io.hpp"
+#include "common/station/states.hpp"
+
+namespace farhand {
+
+struct EngagementParams {
+  Nanoseconds timeout = 5 * kSecond;          // gives up aligning, or waiting for the follower to engage
+  Nanoseconds self_test = 20 * kMillisecond;  // so long nothing may be wrong,
+  Nanoseconds self_test_limit = kSecond;      // and that within this time
+  bool homing = false;                        // the device does not know its angle until it was led to a stop
+  Nanoseconds homing_timeout = 30 * kSecond;
+  bool identification = false;  // it may be asked whether the axis is the one of the scene
+};
+
+enum class HomingProgress : std::uint8_t { kUnderway, kBlocked, kDone };
+enum class IdentifyingProgress : std::uint8_t { kUnderway, kBlocked, kAnother, kAsSaid };
+
+struct EngagementInputs {
+  OperatorAct act = OperatorAct::kNone;   // of this side
+  bool device_valid = true;               // own device can be read and obeys
+  bool finite = true;                     // its readings are numbers,
+  bool in_range = true;                   // such as this device can give
+  bool at_rest = true;                    // no torque is commanded, and the device says that it gives none
+  LineQuality line = LineQuality::kGood;  // of the line to the device
+  HomingProgress homing = HomingProgress::kUnderway;
+  IdentifyingProgress identifying = IdentifyingProgress::kUnderway;
+  std::optional<Reason> guard_fault;  // what the guard of the patient's side finds wrong
+  bool limit_holds = false;           // a limit of the patient's side asks for rest
+  bool shaken = false;                // the patient's hand shakes, and less of the peer's wishes did not calm it
+  bool peer_alive = false;
+  StationState peer = StationState::kReady;
+  bool aligned = false;  // close enough to the peer to engage, and nothing still fades
+};
+
+// What a transition may look at.
+struct Circumstances {
+  const EngagementInputs& in;
+  const EngagementParams& params;
+  Nanoseconds here;                              // time in this state
+  Nanoseconds sound;                             // the latest part of it in which the self-test found nothing wrong
+  bool homed;                                    // since the device was last found
+  bool peer_seen_engaged, peer_seen_disengaged;  // in this state
+};
+
+struct Transition {
+  enum class Whose : std::uint8_t { kEither, kLeader, kFollower };
+  StateSet from;
+  StationState to;
+  Reason reason;  // kNone: the one that the guard gives
+  Whose whose;
+  const char* when;
+  bool (*applies)(const Circumstances&) noexcept;
+};
+
+class Engagement {
+ public:
+  Engagement(Role role, const EngagementParams& params) : role_(role), params_(params) {}
+
+  StationState step(Nanoseconds now, const EngagementInputs& in) noexcept;
+
+  StationState state() const noexcept { return state_; }
+  Reason reason() const noexcept { return reason_; }
+  bool knows_angle() const noexcept { return homed_ || !params_.homing; }
+
+  static std::span<const Transition> transitions() noexcept;
+  const Transition* taken() const noexcept { return taken_; }  // by the last step; null if it stayed
+
+ private:
+  void take(const Transition& row, Nanoseconds now, const EngagementInputs& in) noexcept;
+
+  Role role_;
+  EngagementParams params_;
+  StationState state_ = StationState::kOff;
+  Reason reason_ = Reason::kStart;
+  const Transition* taken_ = nullptr;
+  Nanoseconds since_ = 0, sound_since_ = 0;
+  bool homed_ = false;
+  bool peer_seen_disengaged_ = false;
+  bool peer_seen_engaged_ = false;
+};
+
+}  // namespace farhand

@@ -1,0 +1,129 @@
+// The gate through which everything passes that an authentic peer says, before anything remembers it. What a peer is
+// right about costs nothing here: it passes unchanged, to the bit.
+//
+//   angle          within the own range and 5 degrees, moving no faster than the own limit of speed
+//   velocity       within that limit
+//   torque         within the own limit
+//   wave           what stands in the torque's place is its integral, sqrt(W) s, unbounded by nature: bounded by slope,
+//                  |u| <= (b v_max + tau_max) / sqrt(2 b), which is a wave that this axis could have sent
+//   energy         a sum that only grows: by no more than tau_max v_max times the time
+//
+// All of it in the size of this side. Rates count from the last motion that was played, so that a gap of the network
+// costs nothing. Of sums the excess is thrown away and not owed: whoever lies for a minute does not drive for another.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "common/signal/limit_bits.hpp"
+#include "common/signal/motion.hpp"
+#include "common/station/gate_params.hpp"
+
+namespace farhand {
+
+// A sum as its sender tells it, followed by its growth. One that was never cut passes as it is.
+class GrowingSum {
+ public:
+  // The next value is where the sum begins. What no sum of any session reaches begins at 0.
+  void reset() noexcept { begun_ = cut_ = false; }
+  // least, most: of the growth since the last call. True: it was cut.
+  bool step(double told, double least, double most) noexcept {
+    if (!begun_) {
+      begun_ = true;
+      cut_ = !(std::abs(told) <= kLargest);
+      told_ = value_ = cut_ ? 0.0 : told;
+      return cut_;
+    }
+    const double growth = told - told_;
+    const double within = growth >= least ? std::min(growth, most) : least;  // of what is no number, the least
+    if (std::isfinite(told)) told_ = told;
+    const bool now = !(growth == within);
+    cut_ = cut_ || now;
+    value_ = cut_ ? value_ + within : told;
+    return now;
+  }
+  double value() const noexcept { return value_; }
+
+ private:
+  static constexpr double kLargest = 1e6;
+  double told_ = 0.0, value_ = 0.0;
+  bool begun_ = false, cut_ = false;
+};
+
+template <int N>
+class Intake {
+ public:
+  Intake(const IntakeParams& params, double dt_s) noexcept : p_(params), dt_s_(dt_s) {}
+
+  // Nothing is known of the peer.
+  void reset() noexcept { begun_ = false; }
+
+  // told: as played out, finite. held: nothing newer has come, though it may be shown late. driven: this side moves
+  // somebody by it; else it is only looked at, and may be anywhere within the range at once.
+  const Motion<N>& step(const Motion<N>& told, bool held, bool driven, int ticks) noexcept {
+    since_s_ += dt_s_ * ticks;
+    const double way = p_.velocity * since_s_;
+    active_ = 0;
+    const auto within = [this](double value, double low, double high, LimitBit bit) {
+      if (value < low || value > high) active_ |= bit;
+      return std::clamp(value, low, high);
+    };
+    const bool free = !begun_ || !driven;
+    for (int i = 0; i < N; ++i) {
+      double x = within(told.x[i], p_.range_min - kBeyond, p_.range_max + kBeyond, kLimitRange);
+      if (!free) x = within(x, motion_.x[i] - way, motion_.x[i] + way, kLimitRate);
+      motion_.x[i] = x;
+      motion_.v[i] = within(told.v[i], -p_.velocity, p_.velocity, kLimitVelocity);
+      if (p_.wave > 0.0) {
+        GrowingSum& wave = wave_[static_cast<std::size_t>(i)];
+        if (!begun_) wave.reset();
+        const double most = p_.wave * since_s_;
+        if (wave.step(told.f[i], -most, most)) active_ |= kLimitTorque;
+        motion_.f[i] = wave.value();
+      } else {
+        motion_.f[i] = within(told.f[i], -p_.torque, p_.torque, kLimitTorque);
+      }
+    }
+    begun_ = true;
+    // Who is always late is held all the while, and new all the same. And what was too far away is on its way there.
+    const bool moved = (told.x != told_.x).any() || (told.f != told_.f).any() || (active_ & kLimitRate) != 0;
+    if (!held || moved) since_s_ = 0.0;
+    told_ = told;
+    if (!driven) active_ = 0;
+    if (active_ != 0) ++cuts_;
+    return motion_;
+  }
+
+  // told: J, since the session of the peer began.
+  double energy(double told, bool driven, int ticks) noexcept {
+    const double rate = p_.torque * p_.velocity;
+    credit_ = std::min(credit_ + rate * dt_s_ * ticks, rate * kSaved);
+    const double before = energy_.value();
+    const bool cut = energy_.step(told, 0.0, credit_);
+    credit_ -= std::clamp(energy_.value() - before, 0.0, credit_);
+    if (cut && driven && active_ == 0) ++cuts_;  // once a tick
+    return energy_.value();
+  }
+
+  // LimitBit: what the last motion was cut by. (An energy is only counted.)
+  std::uint32_t active() const noexcept { return active_; }
+  std::uint64_t cuts() const noexcept { return cuts_; }  // ticks in which something was cut while this side was driven
+
+ private:
+  static constexpr double kBeyond = 0.0873;  // rad: a person may push his device that far out of its range
+  static constexpr double kSaved = 2.0;      // s, of a gap after which nothing of the energy is lost
+  IntakeParams p_;
+  double dt_s_;
+  Motion<N> motion_, told_;
+  GrowingSum energy_;
+  std::array<GrowingSum, static_cast<std::size_t>(N)> wave_{};
+  double credit_ = 0.0;
+  double since_s_ = 0.0;  // that a new motion was played
+  std::uint64_t cuts_ = 0;
+  std::uint32_t active_ = 0;
+  bool begun_ = false;
+};
+
+}  // namespace farhand

@@ -1,0 +1,392 @@
+// One side of the teleoperator, pure: a law on a drive, the receiver of the peer's motion and the state machine. Time,
+// readings and packets are arguments; the command and the next packet are results. The same class runs in the programs
+// and in virtual time.
+//
+// Order within a tick: read -> observe -> play out the peer -> intake gate -> guard -> decide the state -> law ->
+// motion to follow -> bound at the person -> last gate -> send.
+#pragma once
+
+#include <algorithm>
+
+#include "common/law/law.hpp"
+#include "common/link/receiver.hpp"
+#include "common/station/after_gap.hpp"
+#include "common/station/blend.hpp"
+#include "common/station/drive.hpp"
+#include "common/station/engagement.hpp"
+#include "common/station/identifying.hpp"
+#include "common/station/intake.hpp"
+#include "common/station/last_word.hpp"
+#include "common/station/led_gates.hpp"
+#include "common/station/missed_ticks.hpp"
+#include "common/station/network_meter.hpp"
+#include "common/station/patient_guard.hpp"
+#include "common/station/tick_trace.hpp"
+
+namespace farhand {
+
+// Io: DirectIo or ReferenceIo, of so many joints.
+template <class Io>
+class Station {
+ public:
+  static constexpr int N = Io::kJoints;
+  using Drive = DriveOn<Io>;
+  using Sensed = typename Io::Sensed;
+
+  struct Output {
+    typename Io::Command command;
+    Packet<N> packet;
+  };
+
+  // law, and identifying where the scene asks for it and the device takes a torque: both outlive the station.
+  Station(const StationParams& p, Law<N>& law, Identifying* identifying = nullptr)
+      : params_(p),
+        dt_s_(p.control.drive.dt_s),
+        law_(law),
+        drive_(p.control.drive),
+        receiver_(p.receive, p.session),
+        intake_(p.intake, p.control.drive.dt_s),
+        engagement_(p.role, where_it_can(p.engagement, identifying)),
+        homing_(p.homing, p.control.drive.K, p.control.drive.dt_s),
+        identifying_(identifying),
+        after_gap_(p.control.drive.dt_s),
+        own_ticks_(p.control.drive.dt_s),
+        peer_ticks_(p.control.drive.dt_s),
+        last_word_(p.control.drive.dt_s, p.intake.wave > 0.0),
+        blend_(p.blend_s, p.align_speed),
+        meter_(p.control.drive.dt_s) {
+    if (p.role == Role::kFollower) {
+      guard_.emplace(p.guard, p.control.drive);
+    } else {
+      watch_.emplace(p.guard);
+    }
+  }
+
+  Station(const Station&) = delete;
+  Station& operator=(const Station&) = delete;
+
+  // A packet arrived at `now` (local monotonic clock).
+  Receipt receive(const Packet<N>& packet, Nanoseconds now) noexcept { return receiver_.accept(packet, now); }
+
+  // ticks: control periods since the last call, 1 unless some were missed.
+  Output tick(Nanoseconds now, const Sensed& read, OperatorAct act = OperatorAct::kNone, int ticks = 1) noexcept;
+
+  const TickTrace<N>& trace() const noexcept { return trace_; }
+  const Receiver<N>& receiver() const noexcept { return receiver_; }
+  StationState state() const noexcept { return trace_.state; }
+
+ private:
+  // The follower refuses to be taken by a leader that is further away than this, whatever the leader says (5 degrees).
+  static constexpr double kFollowerGate = 0.0873;
+  static constexpr double kLeap = 0.75e-3;  // rad
+  static constexpr double kSpared = 1.0;    // s
+  static constexpr int kAfterGap = 20;      // ticks; what compensates answers the catching up a few later
+
+  static EngagementParams where_it_can(EngagementParams params, const Identifying* by) noexcept {
+    params.identification = params.identification && Drive::kGivesTorque && by != nullptr;
+    return params;
+  }
+
+  // A reading that lies further outside of the range of motion than half its width is none of this device.
+  bool in_range() const noexcept {
+    const GateParams& gate = params_.control.drive.gate;
+    const double room = 0.5 * (gate.range_max - gate.range_min);
+    return (trace_.local.x >= gate.range_min - room && trace_.local.x <= gate.range_max + room).all();
+  }
+
+  // For laws that choose by it; nothing while a gap still counts.
+  void measure_network(int ticks) noexcept {
+    meter_.step(receiver_.counters(), ticks, after_gap_.settled());
+    network_ = {.round_trip = to_seconds(trace_.rtt > 0 ? trace_.rtt + 2 * trace_.playout_depth : 0),
+                .loss = meter_.loss()};
+    inputs_.network = after_gap_.settled() ? &network_ : nullptr;
+  }
+
+  // Of the energy that went through the port since the last tick, for laws that keep account of it.
+  void keep_account(const Joints<N>& moved, int ticks) noexcept {
+    const double told = receiver_.newest().energy * params_.scale.force / params_.scale.position;
+    inputs_.account = {.torque = drive_.acting(trace_.local),
+                       .acted = drive_.acted_share(),
+                       .moved = moved,
+                       .received = receiver_.heard() ? intake_.energy(told, driven(), ticks) : 0.0,
+                       .engaged = trace_.state == StationState::kEngaged};
+  }
+
+  // After the state is decided: what the law wishes.
+  void ask_law(Elapsed since) noexcept {
+    inputs_.local = trace_.local;
+    inputs_.received = trace_.remote;
+    inputs_.since = since;
+    inputs_.engaged = trace_.state == StationState::kEngaged;
+    if (changed_ && inputs_.engaged) law_.start(inputs_);
+    wish_ = law_.step(inputs_);
+    trace_.law = law_.signals();
+  }
+
+  // Of the motion to follow, what is left after a gap. A hand is damped meanwhile; the therapist does not feel it.
+  Motion<N> after_gap(const Motion<N>& target) const noexcept {
+    const double g = after_gap_.share();
+    if (g == 1.0) return target;
+    Motion<N> less = yielding(trace_.local, target, g);
+    if (!guard_) less.v += (1.0 - g) * trace_.local.v;
+    return less;
+  }
+
+  bool driven() const noexcept { return asks_of(trace_.state) == Asks::kMotion; }
+
+  // Following oneself asks for no acceleration.
+  Motion<N> own_motion() const noexcept { return {trace_.local.x, trace_.local.v, -trace_.local.f}; }
+
+  // continues: this reading counts from where the last one did.
+  void guard(const Sensed& sensed, bool continues, OperatorAct act, int ticks) noexcept {
+    const GuardInputs<N> in{.local = trace_.local,
+                            .reference = followed_,
+                            .torque = drive_.torque(),
+                            .gives_torque = Drive::kGivesTorque,
+                            .device = sensed.device,
+                            .driven = driven(),
+                            .engaged = trace_.state == StationState::kEngaged,
+                            .valid = was_usable_,
+                            .periods = sensed.periods,
+                            .continues = continues && engagement_.knows_angle(),
+                            .ticks = ticks};
+    if (guard_) {
+      if (act == OperatorAct::kReset) guard_->reset();
+      verdict_ = guard_->step(in);
+    } else {
+      verdict_ = {};
+      watch_->step(in, verdict_);
+      const double spared = drive_.spared() != 0 ? 1.0 : 0.0;
+      spared_ = in.engaged ? spared_ + std::min(1.0, dt_s_ * ticks / kSpared) * (spared - spared_) : 0.0;
+      verdict_.hold = spared_ > 0.5;
+    }
+  }
+
+  void decide(Nanoseconds now, const Sensed& sensed, OperatorAct act, bool peer_known) noexcept {
+    const double offset = (trace_.local.x - trace_.remote.x).abs().maxCoeff();
+    EngagementInputs in;
+    in.act = act;
+    in.guard_fault = verdict_.fault;
+    in.limit_holds = verdict_.hold;
+    in.shaken = verdict_.shaken;
+    in.device_valid = sensed.valid;
+    in.finite = !sensed.valid || sensed.finite();
+    in.in_range = params_.engagement.homing || in_range();
+    in.at_rest = drive_.at_rest(sensed);
+    if constexpr (requires { sensed.line; }) in.line = sensed.line;
+    in.homing = homing_.progress();
+    if (identifying_ != nullptr) in.identifying = identifying_->progress();
+    in.peer_alive = !receiver_.take_lapse() && peer_known && receiver_.alive(now);
+    in.peer = receiver_.newest().state;
+    in.aligned = peer_known && receiver_.settled(now) && blend_.done() &&
+                 offset < (params_.role == Role::kLeader ? params_.align_tolerance : kFollowerGate);
+    const StationState before = trace_.state;
+    trace_.state = engagement_.step(now, in);
+    trace_.reason = engagement_.reason();
+    changed_ = trace_.state != before;
+    if (!changed_) return;
+    x_hold_ = trace_.local.x;
+    if (trace_.state == StationState::kHoming) begin_homing();
+    if (before == StationState::kHoming) end_homing();
+    if (trace_.state == StationState::kIdentifying) begin_identifying();
+    if (before == StationState::kIdentifying) end_identifying();
+  }
+
+  void begin_homing() noexcept {
+    homing_.begin(trace_.local.x[0]);
+    drive_.limit(homing_gate(params_));
+  }
+
+  void end_homing() noexcept {
+    drive_.limit(params_.control.drive.gate);
+    if (engagement_.reason() != Reason::kHomed) return;
+    zero_ += homing_.zero();
+    trace_.local.x += homing_.zero();
+    trace_.target.x += homing_.zero();
+    was_usable_ = false;  // the next reading is differentiated from itself
+  }
+
+  void begin_identifying() noexcept {
+    identifying_->begin(trace_.local.x[0]);
+    drive_.limit(identifying_gate(params_));
+  }
+
+  void end_identifying() noexcept {
+    drive_.limit(params_.control.drive.gate);
+    trace_.misfit = engagement_.reason() == Reason::kAnotherAxis ? identifying_->misfit() : Misfit::kNone;
+  }
+
+  // The motion to follow, before blending.
+  Motion<N> choose(int ticks) noexcept {
+    switch (trace_.state) {
+      case StationState::kEngaged:
+        return wish_.follow;
+      case StationState::kAligning:  // stiff: the position alone counts
+        return {trace_.remote.x, trace_.remote.v, -trace_.local.f};
+      case StationState::kHolding:  // a spring of K_p / K_f N m/rad around here, so that the patient can push away
+        return {x_hold_, Joints<N>::Zero(), Joints<N>::Zero()};
+      case StationState::kHoming:
+        return homing_.step(trace_.local, ticks);
+      case StationState::kIdentifying:
+        return identifying_->step(trace_.local, ticks);
+      case StationState::kOff:
+      case StationState::kSelfTest:
+      case StationState::kReady:
+      case StationState::kFault:
+      case StationState::kStopped:
+        break;
+    }
+    return own_motion();
+  }
+
+  // While the leader aligns, the peer's device may come back from elsewhere (its cable was out), and what is shown of
+  // it may jump in time; and so it may after a gap of the network while the engagement still fades. A step that its own
+  // velocity does not explain is faded in like any other change of source. (The follower has its guard. Without a gap a
+  // step is but a count of a coarse encoder, and fading in each of those would never end.)
+  bool leapt(const Motion<N>& source, int ticks) const noexcept {
+    const bool engaging = trace_.state == StationState::kAligning ||
+                          (gap_ > 0 && trace_.state == StationState::kEngaged && !guard_ && !blend_.done());
+    const Joints<N> dx = source.x - x_source_;
+    const bool far = (dx.abs() > kLeap + 1.25 * dt_s_ * ticks * source.v.abs()).any();
+    const bool against = (dx * source.v < 0.0 && dx.abs() > kLeap).any();
+    return engaging && (far || against);
+  }
+
+  void fill(Packet<N>& packet, Nanoseconds now) noexcept {
+    packet.session = params_.session;
+    packet.seq = ++seq_;
+    packet.send_time_ns = now;
+    receiver_.echo(packet, now);
+    packet.expiry_ms = params_.expiry_ms;
+    packet.state = trace_.state;
+    packet.limits = trace_.limits;
+    packet.motion = params_.scale.to_peer(Motion<N>{wish_.tell.x, wish_.tell.v, wish_.tell.u});
+    if (law_.needs().account) packet.energy = wish_.energy * params_.scale.position / params_.scale.force;
+  }
+
+  StationParams params_;
+  double dt_s_;
+  Law<N>& law_;
+  Drive drive_;
+  Receiver<N> receiver_;
+  Intake<N> intake_;
+  Engagement engagement_;
+  Homing homing_;
+  Identifying* identifying_;
+  AfterGap after_gap_;
+  OwnTicks own_ticks_;
+  PeerTicks peer_ticks_;
+  LastWord<N> last_word_;
+  Nanoseconds shown_ = 0;  // content time, on the peer's clock
+  Blend<N> blend_;
+  NetworkMeter meter_;  // where the law needs it
+  NetworkNow network_;
+  LawInputs<N> inputs_;
+  Wish<N> wish_;
+  std::optional<PatientGuard<N>> guard_;  // the follower's only
+  std::optional<AxisWatch<N>> watch_;     // the leader's; the guard has its own
+  GuardVerdict verdict_;
+  Motion<N> followed_;
+  TickTrace<N> trace_;
+  Joints<N> x_hold_ = Joints<N>::Zero();
+  Joints<N> x_source_ = Joints<N>::Zero();
+  double zero_ = 0.0;  // rad, found by homing
+  std::uint32_t seq_ = 0;
+  bool was_usable_ = false;
+  int gap_ = 0;  // ticks in which a gap of the network still counts
+  bool changed_ = false;
+  double spared_ = 0.0;  // the leader's only, share of the ticks
+};
+
+template <class Io>
+auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int ticks) noexcept -> Output {
+  std::optional<Sensed> homed;
+  if (zero_ != 0.0) (homed = read)->x += zero_;
+  const Sensed& sensed = homed ? *homed : read;
+  const bool usable = sensed.valid && sensed.finite();
+  const int gap = own_ticks_.since_last(now, ticks);
+  Motion<N>& local = trace_.local;
+  const Joints<N> x_before = local.x;
+  if (usable) {
+    if (!was_usable_) drive_.reset(sensed);
+    local = drive_.observe(sensed, gap);
+  }
+  const bool continues = usable && was_usable_;
+  was_usable_ = usable;
+
+  const Played<N> played = receiver_.play(now);
+  if (played.any) {
+    trace_.remote = intake_.step(params_.scale.to_own(played.motion), played.held, driven(), ticks);
+  } else {
+    intake_.reset();
+    last_word_.reset();
+    trace_.remote = own_motion();
+  }
+  after_gap_.step(played.any && played.held && played.content_time == shown_, gap,
+                  peer_ticks_.missed_s(receiver_.newest()), trace_.state == StationState::kEngaged,
+                  drive_.acted_share());
+  shown_ = played.content_time;
+  if (played.any) trace_.remote = last_word_.step(trace_.remote, after_gap_.silent_s());
+  trace_.cuts = intake_.cuts();
+  trace_.playout_depth = played.depth;
+  trace_.rtt = receiver_.rtt().value_or(0);
+
+  if (law_.needs().account) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
+  if (law_.needs().network) measure_network(ticks);
+  guard(sensed, continues, act, ticks);
+  decide(now, sensed, act, played.any);
+  ask_law({.ticks = ticks,
+           .held = played.held,
+           .rested = after_gap_.rested(),
+           .settled = after_gap_.settled(),
+           .calm = after_gap_.calm(),
+           .silent_s = after_gap_.silent_s(),
+           .acting = after_gap_.acting(),
+           .peers_acting = after_gap_.peers_acting()});
+  const Motion<N> source = choose(ticks);
+  const Asks asks = asks_of(trace_.state);
+  if (asks == Asks::kNothing) {
+    trace_.target = source;
+  } else {
+    const bool elsewhere = changed_ || leapt(source, ticks);
+    if (elsewhere && trace_.state == StationState::kHolding) {
+      blend_.begin_rest(trace_.target, source);
+    } else if (elsewhere) {
+      blend_.begin(trace_.target, source);
+    }
+    trace_.target = blend_.step(source, elsewhere ? 0.0 : dt_s_ * ticks);
+  }
+  x_source_ = source.x;
+  gap_ = played.held ? kAfterGap : std::max(gap_ - ticks, 0);
+  trace_.share = after_gap_.share();
+
+  // What the station leads by itself has its own gate: no peer counts in it.
+  const bool led = trace_.state == StationState::kHoming || trace_.state == StationState::kIdentifying;
+  if (led) {
+    followed_ = trace_.target;
+  } else if (guard_) {
+    followed_ = guard_->allow(local, after_gap(trace_.target), verdict_.gain);
+  } else {
+    followed_ = yielding(local, after_gap(trace_.target), verdict_.gain);
+  }
+
+  const Wanted wanted{.driven = asks == Asks::kMotion, .as_torque = inputs_.engaged && wish_.as_torque};
+  Output out;
+  out.command = usable && asks != Asks::kNothing ? drive_.follow(local, followed_, wanted, ticks) : drive_.safe();
+  if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
+  if (trace_.state == StationState::kIdentifying) identifying_->sample(local.x[0], drive_.torque()[0], ticks);
+  trace_.limits = drive_.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
+  // Who cuts what a peer says, or what its torque does, warns of it at the latest now.
+  const std::uint32_t cut = played.any ? intake_.active() | drive_.spared() : drive_.spared();
+  trace_.limits |= cut | cut << kWarningShift | verdict_.limits | verdict_.warnings << kWarningShift;
+  trace_.shaking = verdict_.shaking;
+  trace_.effort = drive_.torque()[0];
+  fill(out.packet, now);
+  return out;
+}
+
+// Compiled once, in station.cpp, so that an edit of a law rebuilds little.
+extern template class Station<DirectIo<1>>;
+extern template class Station<ReferenceIo<1>>;
+
+}  // namespace farhand

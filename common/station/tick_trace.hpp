@@ -1,0 +1,26 @@
+// What happened within a tick, for recordings and the status line.
+#pragma once
+
+#include "common/identify/misfit.hpp"
+#include "common/law/law.hpp"
+#include "common/station/states.hpp"
+
+namespace farhand {
+
+template <int N>
+struct TickTrace {
+  StationState state = StationState::kOff;
+  Reason reason = Reason::kStart;
+  Motion<N> local, remote, target;
+  LawSignals law;
+  double effort = 0.0;  // torque applied, or torque reference handed to the device, N m
+  Nanoseconds playout_depth = 0;
+  Nanoseconds rtt = 0;
+  std::uint32_t limits = 0;
+  double share = 1.0;             // of the peer's motion that is followed; less after a gap in time
+  std::uint64_t cuts = 0;         // ticks so far in which something that the peer said was cut
+  Misfit misfit = Misfit::kNone;  // what the last identification found
+  double shaking = 0.0;           // RMS of the own axis' velocity in the band of shaking, rad/s
+};
+
+}  // namespace farhand
