@@ -285,7 +285,7 @@ TEST(AfterGap, AnAccountOfEnergyCountsTheTorqueThatActed) {
     in.since.ticks = 9;
     in.account = {.torque = J1(0.5), .acted = acted, .moved = J1(0.1), .received = 0.0, .engaged = true};
     slave.step(in);
-    return slave.signals().energy;
+    return slave.signals().own[1];
   };
   EXPECT_LT(margin(1.0), 0.0);
   EXPECT_NEAR(margin(0.25), 0.25 * margin(1.0), 1e-12);

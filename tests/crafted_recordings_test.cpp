@@ -84,8 +84,8 @@ StationSample station_sample(Nanoseconds t, double t_s, Crafted& crafted) {
   for (double* field : {&sample.x_rad, &sample.remote_x_rad, &sample.target_x_rad, &sample.true_x_rad})
     *field = crafted.number(0.3 * std::sin(t_s));
   for (double* field : {&sample.v_rad_s, &sample.f_nm, &sample.remote_v_rad_s, &sample.remote_f_nm, &sample.command_nm,
-                        &sample.true_v_rad_s, &sample.true_f_nm, &sample.x_cdob_rad, &sample.alpha, &sample.energy_j,
-                        &sample.friction_nm, &sample.f_2_nm, &sample.playout_delay_s, &sample.rtt_s})
+                        &sample.true_v_rad_s, &sample.true_f_nm, &sample.x_cdob_rad, &sample.alpha, &sample.law[0],
+                        &sample.law[1], &sample.law[2], &sample.playout_delay_s, &sample.rtt_s})
     *field = crafted.number(0.3 * std::cos(t_s));
   sample.limits = static_cast<std::uint32_t>(crafted.stamp(0));
   sample.newest_peer_send_ns = crafted.stamp(t - 50 * kMillisecond);

@@ -152,8 +152,10 @@ TEST(Tanks, NeverCutInFreeMotionOrContactOverNoDelayTo300Milliseconds) {
         const LoadedScene loaded = load_scene("four_channel_tank", ContactCell{delay_s, environment, grip, 1}, true);
         const Session session = simulate(loaded);
         const Metrics metrics = compute_metrics(session, loaded.scene);
-        for (const auto* rows : {&session.master, &session.slave}) {
-          for (const StationSample& row : *rows) ASSERT_EQ(row.alpha, 1.0) << delay_s << environment << grip << row.t_s;
+        for (const auto& [rows, signals] :
+             {std::pair{&session.master, &session.master_signals}, std::pair{&session.slave, &session.slave_signals}}) {
+          for (const StationSample& row : *rows)
+            ASSERT_EQ(law_signal(row, *signals, "share"), 1.0) << delay_s << environment << grip << row.t_s;
         }
         level = std::min({level, metrics.number("account_min_master_j"), metrics.number("account_min_slave_j")});
         drag = std::max(drag, metrics.number("drag_nms_per_rad"));

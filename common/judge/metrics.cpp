@@ -271,30 +271,31 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   least("energy_min_master_j", E_m);
   least("energy_min_slave_j", E_s);
   least("energy_min_both_j", both);
-  const auto account = [&](std::string_view key, const std::vector<StationSample>& rows) {
+  const auto account = [&](std::string_view key, const std::vector<StationSample>& rows,
+                           const std::vector<std::string>& signals) {
     Statistics s;
     for (const StationSample& row : rows) {
-      if (row.state == kEngaged && std::isfinite(row.energy_j)) s.add(row.energy_j);
+      const double energy_j = law_signal(row, signals, "energy_j");
+      if (row.state == kEngaged && std::isfinite(energy_j)) s.add(energy_j);
     }
     if (s.count == 0)
       out.set_absent(key, "the scene keeps no account of energy");
     else
       out.set(key, s.least);
   };
-  account("account_min_master_j", session.master);
-  account("account_min_slave_j", session.slave);
-  const auto last = [&](std::string_view key, double StationSample::*member, double scale, const std::string& because) {
+  account("account_min_master_j", session.master, session.master_signals);
+  account("account_min_slave_j", session.slave, session.slave_signals);
+  const auto last = [&](std::string_view key, std::string_view signal, double scale, const std::string& because) {
     double value = kAbsent;
-    for (const StationSample& row : session.master) {
-      if (std::isfinite(row.*member)) value = row.*member / scale;
-    }
+    for (auto row = session.master.rbegin(); row != session.master.rend() && !std::isfinite(value); ++row)
+      value = law_signal(*row, session.master_signals, signal) / scale;
     if (std::isfinite(value))
       out.set(key, value);
     else
       out.set_absent(key, because);
   };
-  last("friction_named_nm", &StationSample::friction_nm, 1.0, "the scene has no mediator");
-  last("f_2_named_nm", &StationSample::f_2_nm, a.force_scale, "the thresholds of SDCV are not the patient's");
+  last("friction_named_nm", "friction_nm", 1.0, "the scene has no mediator");
+  last("f_2_named_nm", "f_2_nm", a.force_scale, "the thresholds of SDCV are not the patient's");
 }
 
 void set_share(Metrics& out, std::string_view key, double part, double whole, const std::string& because) {

@@ -1,11 +1,12 @@
 #include "common/judge/summary.hpp"
 
-#include <array>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <utility>
+#include <vector>
 
 #include "common/config/json.hpp"
+#include "common/record/columns.hpp"
 
 namespace farhand {
 namespace {
@@ -34,24 +35,6 @@ Json json_of(const MetricValue& value) {
       value);
 }
 
-constexpr auto kColumns = std::to_array<std::pair<std::string_view, double StationSample::*>>({
-    {"x_rad", &StationSample::x_rad},
-    {"v_rad_s", &StationSample::v_rad_s},
-    {"f_nm", &StationSample::f_nm},
-    {"remote_x_rad", &StationSample::remote_x_rad},
-    {"remote_v_rad_s", &StationSample::remote_v_rad_s},
-    {"remote_f_nm", &StationSample::remote_f_nm},
-    {"target_x_rad", &StationSample::target_x_rad},
-    {"command_nm", &StationSample::command_nm},
-    {"x_cdob_rad", &StationSample::x_cdob_rad},
-    {"alpha", &StationSample::alpha},
-    {"playout_delay_s", &StationSample::playout_delay_s},
-    {"rtt_s", &StationSample::rtt_s},
-    {"true_x_rad", &StationSample::true_x_rad},
-    {"true_v_rad_s", &StationSample::true_v_rad_s},
-    {"true_f_nm", &StationSample::true_f_nm},
-});
-
 template <class Number>
 void append(std::string& row, Number y) {
   char buffer[48];
@@ -59,19 +42,26 @@ void append(std::string& row, Number y) {
   row.append(buffer, end.ptr);
 }
 
-void write_row(std::string_view side, const StationSample& s, std::ostream& out) {
+// signals: of this side; columns: of both.
+void write_row(std::string_view side, const StationSample& s, const std::vector<std::string>& signals,
+               const std::vector<std::string>& columns, std::ostream& out) {
   std::string row(side);
   row += ',';
   append(row, s.t_s);
   row += ',';
   append(row, s.state);
-  for (const auto& column : kColumns) {
+  for (const auto& column : kStationColumns) {
     row += ',';
-    const double y = s.*column.second;
+    const double y = s.*column.member;
     if (std::isfinite(y)) append(row, y);
   }
   row += ',';
   append(row, s.limits);
+  for (const std::string& column : columns) {
+    row += ',';
+    const double y = law_signal(s, signals, column);
+    if (std::isfinite(y)) append(row, y);
+  }
   row += '\n';
   out.write(row.data(), static_cast<std::streamsize>(row.size()));
 }
@@ -125,16 +115,22 @@ std::string metrics_row(const Metrics& metrics) {
 
 void write_csv(const Session& session, std::ostream& out) {
   std::string header = "side,t_s,state";
-  for (const auto& column : kColumns) (header += ',') += column.first;
-  out << header << ",limits\n";
+  for (const auto& column : kStationColumns) (header += ',') += column.name;
+  header += ",limits";
+  std::vector<std::string> signals = session.master_signals;
+  for (const std::string& name : session.slave_signals) {
+    if (std::ranges::find(signals, name) == signals.end()) signals.push_back(name);
+  }
+  for (const std::string& name : signals) (header += ',') += name;
+  out << header << '\n';
   std::size_t m = 0, s = 0;
   while (m < session.master.size() || s < session.slave.size()) {
     const bool master_next =
         s == session.slave.size() || (m < session.master.size() && session.master[m].t_s <= session.slave[s].t_s);
     if (master_next)
-      write_row("master", session.master[m++], out);
+      write_row("master", session.master[m++], session.master_signals, signals, out);
     else
-      write_row("slave", session.slave[s++], out);
+      write_row("slave", session.slave[s++], session.slave_signals, signals, out);
   }
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
-#include <string>
 
 #include "common/law/automatic.hpp"
 #include "common/law/four_channel.hpp"
@@ -18,12 +17,22 @@
 namespace farhand {
 namespace {
 
+template <class L>
+constexpr std::span<const LawSignal> signals_of() {
+  if constexpr (requires { L::kSignals; }) {
+    static_assert(L::kSignals.size() <= kMostLawSignals);
+    return L::kSignals;
+  } else {
+    return {};
+  }
+}
+
 template <template <int> class L>
 constexpr LawMaker maker() {
   return {[](const LawParams& p, const FourChannelGains& K, double dt_s) -> std::unique_ptr<Law<1>> {
             return std::make_unique<L<1>>(p, K, dt_s);
           },
-          sizeof(L<1>)};
+          sizeof(L<1>), signals_of<L<1>>()};
 }
 
 // Under every compensation the patient's side is plain four channels.
@@ -43,10 +52,29 @@ constexpr std::array kArchitectures{
 
 std::span<const Architecture> architectures() noexcept { return kArchitectures; }
 
-const Architecture& architecture(std::string_view name) {
+const Architecture* find_architecture(std::string_view name) noexcept {
   const auto found = std::ranges::find(kArchitectures, name, &Architecture::name);
-  if (found == kArchitectures.end()) throw std::invalid_argument("there is no architecture " + std::string(name));
+  return found == kArchitectures.end() ? nullptr : &*found;
+}
+
+const Architecture& architecture(std::string_view name) {
+  const Architecture* found = find_architecture(name);
+  if (found == nullptr) throw std::invalid_argument("there is no architecture " + std::string(name));
   return *found;
+}
+
+const LawSignal* signal_of(const Architecture& laws, std::string_view name) noexcept {
+  for (const auto& signals : {laws.master.signals, laws.slave.signals}) {
+    const auto found = std::ranges::find(signals, name, &LawSignal::name);
+    if (found != signals.end()) return &*found;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> names_of(std::span<const LawSignal> signals) {
+  std::vector<std::string> names;
+  for (const LawSignal& signal : signals) names.emplace_back(signal.name);
+  return names;
 }
 
 }  // namespace farhand

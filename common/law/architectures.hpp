@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/law/law.hpp"
 #include "common/law/params.hpp"
@@ -16,7 +18,8 @@ using MakeLaw = std::unique_ptr<Law<1>> (*)(const LawParams& p, const FourChanne
 
 struct LawMaker {
   MakeLaw make;
-  std::size_t bytes;  // of what it makes
+  std::size_t bytes;                   // of what it makes
+  std::span<const LawSignal> signals;  // that it shows, at most kMostLawSignals
 };
 
 struct Architecture {
@@ -26,7 +29,12 @@ struct Architecture {
 };
 
 std::span<const Architecture> architectures() noexcept;
-// Throws std::invalid_argument if there is none of this name.
+// By its name, or none; or std::invalid_argument.
+const Architecture* find_architecture(std::string_view name) noexcept;
 const Architecture& architecture(std::string_view name);
+
+// Of either side; or none.
+const LawSignal* signal_of(const Architecture& laws, std::string_view name) noexcept;
+std::vector<std::string> names_of(std::span<const LawSignal> signals);
 
 }  // namespace farhand

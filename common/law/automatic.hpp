@@ -2,6 +2,8 @@
 // all the time; what is followed fades from the one to the other.
 #pragma once
 
+#include <cstdio>
+
 #include "common/law/chooser.hpp"
 #include "common/law/four_channel.hpp"
 #include "common/law/model_mediated.hpp"
@@ -11,6 +13,14 @@ namespace farhand {
 template <int N>
 class Automatic final : public Law<N> {
  public:
+  static constexpr std::array kSignals{
+      ModelMediated<N>::kSignals[0],
+      ModelMediated<N>::kSignals[1],
+      ModelMediated<N>::kSignals[2],
+      LawSignal{"mediated", "1", "what was chosen: 1 the model-mediated scheme, 0 plain four channels"},
+      LawSignal{"chosen_round_trip_s", "s", "the round trip that it was chosen for"},
+      LawSignal{"chosen_loss", "1", "the loss that it was chosen for"}};
+
   Automatic(const LawParams& p, const FourChannelGains& K, double dt_s)
       : Law<N>({.network = true}), plain_(p, K, dt_s), mediated_(p, K, dt_s), chooser_(dt_s) {}
 
@@ -35,11 +45,26 @@ class Automatic final : public Law<N> {
     LawSignals all = mediated_.signals();
     all.x_cdob *= chooser_.share();
     all.alpha = chooser_.share();
-    all.chosen = chooser_.chosen();
+    const Chosen& chosen = chooser_.chosen();
+    if (chosen.choice != Choice::kNone) {
+      all.own[kMediated] = chosen.choice == Choice::kMediated ? 1.0 : 0.0;
+      all.own[kRoundTrip] = chosen.round_trip;
+      all.own[kLoss] = chosen.loss;
+    }
+    all.decisions = chooser_.decisions();
+    all.remark = remark;
     return all;
   }
 
  private:
+  enum : std::size_t { kMediated = ModelMediated<N>::kSignals.size(), kRoundTrip, kLoss };
+
+  static int remark(const LawSignals::Own& own, std::span<char> to) noexcept {
+    return std::snprintf(to.data(), to.size(), "auto: %s, for a round trip of %.1f ms and %.1f %% loss",
+                         own[kMediated] > 0.0 ? "model-mediated" : "plain four channels", 1e3 * own[kRoundTrip],
+                         100 * own[kLoss]);
+  }
+
   FourChannel<N> plain_;
   ModelMediated<N> mediated_;
   Chooser chooser_;

@@ -8,10 +8,17 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 
 #include "common/law/law.hpp"
 
 namespace farhand {
+
+enum class Choice : std::uint8_t { kNone, kFourChannel, kMediated };
+struct Chosen {
+  Choice choice = Choice::kNone;
+  double round_trip = 0.0, loss = 0.0;  // s and share, that it was chosen for
+};
 
 class Chooser {
  public:
@@ -28,6 +35,7 @@ class Chooser {
     const bool first = chosen_.choice == Choice::kNone;
     if (now.round_trip > 0.0 && wanted != chosen_.choice && (first || since_ > kDwell)) {
       chosen_ = {wanted, round_trip_, now.loss};
+      ++decisions_;
       since_ = 0.0;
       if (first) share_ = far ? 1.0 : 0.0;
     }
@@ -36,6 +44,7 @@ class Chooser {
   }
 
   const Chosen& chosen() const noexcept { return chosen_; }
+  int decisions() const noexcept { return decisions_; }  // so far
   // Of the mediator in the motion to follow, 0 to 1.
   double share() const noexcept { return share_ * share_ * (3.0 - 2.0 * share_); }
   // rad/s, at which the mediator's x_0 follows.
@@ -49,6 +58,7 @@ class Chooser {
   double dt_s_;
   double round_trip_ = 0.0, since_ = 0.0, share_ = 0.0;
   Chosen chosen_;
+  int decisions_ = 0;
 };
 
 }  // namespace farhand

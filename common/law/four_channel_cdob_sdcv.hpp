@@ -16,6 +16,9 @@ namespace farhand {
 template <int N>
 class FourChannelCdobSdcv final : public Law<N> {
  public:
+  static constexpr std::array kSignals{
+      LawSignal{"f_2_nm", "N m", "f_2 as named of the patient, in the master's size; 0 until it is"}};
+
   FourChannelCdobSdcv(const LawParams& p, const FourChannelGains& K, double dt_s)
       : cdob_(K, p.g_net, p.local_model, dt_s), sdcv_(p.sdcv, dt_s) {
     if (p.sdcv.from_patient) patient_ = patients_thresholds<N>(p.sdcv, dt_s);
@@ -45,7 +48,7 @@ class FourChannelCdobSdcv final : public Law<N> {
 
   LawSignals signals() const noexcept override {
     LawSignals all{.x_cdob = cdob_.x_cdob()[0], .alpha = sdcv_.value()[0]};
-    if (patient_) all.f_2 = patient_->front().named();
+    if (patient_) all.own[0] = patient_->front().named();
     return all;
   }
 

@@ -17,6 +17,9 @@ namespace farhand {
 template <int N>
 class FourChannelTank final : public Law<N> {
  public:
+  static constexpr std::array kSignals{LawSignal{"share", "1", "of the law's torque, what the tank allows"},
+                                       LawSignal{"energy_j", "J", "in the tank"}};
+
   FourChannelTank(const LawParams& p, const FourChannelGains& K, double dt_s)
       : Law<N>({.account = true}),
         tank_(p.tank, kFastestDamper / K.K_f, dt_s),
@@ -37,7 +40,12 @@ class FourChannelTank final : public Law<N> {
     return wish;
   }
 
-  LawSignals signals() const noexcept override { return {.alpha = tank_.share(), .energy = tank_.level()}; }
+  LawSignals signals() const noexcept override {
+    LawSignals all;
+    all.own[0] = tank_.share();
+    all.own[1] = tank_.level();
+    return all;
+  }
 
  private:
   Motion<N> within(const Motion<N>& local, const Motion<N>& received) noexcept {

@@ -2,8 +2,11 @@
 // the axis is to follow and what the peer is told; on what axis it stands it does not know.
 #pragma once
 
-#include <cstdint>
+#include <array>
+#include <cstddef>
 #include <limits>
+#include <span>
+#include <string_view>
 
 #include "common/signal/motion.hpp"
 
@@ -84,20 +87,30 @@ struct Wish {
   }
 };
 
-enum class Choice : std::uint8_t { kNone, kFourChannel, kMediated };
-struct Chosen {
-  Choice choice = Choice::kNone;
-  double round_trip = 0.0, loss = 0.0;  // s and share, that it was chosen for
+// One thing that an architecture shows of itself, beside what every one does. What is not there is NaN.
+struct LawSignal {
+  std::string_view name;  // as in a recording: ends in its unit
+  std::string_view unit;
+  std::string_view meaning;
 };
+inline constexpr std::size_t kMostLawSignals = 8;
 
-// What a law shows of itself, of its first joint. NaN where it has no such thing.
+// What a law shows of its first joint.
 struct LawSignals {
-  double x_cdob = 0.0;                                         // rad, added to the received position
-  double alpha = 1.0;                                          // of that, or of the law's torque
-  double f_2 = std::numeric_limits<double>::quiet_NaN();       // N m, SDCV's as named of the patient; 0: not yet
-  double energy = std::numeric_limits<double>::quiet_NaN();    // J, in the tank or over what a port owes
-  double friction = std::numeric_limits<double>::quiet_NaN();  // N m, named of the peer's device
-  Chosen chosen = {};                                          // by AUTO
+  using Own = std::array<double, kMostLawSignals>;
+  using Remark = int (*)(const Own&, std::span<char>) noexcept;
+  static constexpr Own nothing() noexcept {
+    Own none{};
+    none.fill(std::numeric_limits<double>::quiet_NaN());
+    return none;
+  }
+
+  double x_cdob = 0.0;  // rad, what is followed beyond what was received, before alpha
+  double alpha = 1.0;   // of that, what is used
+  Own own = nothing();  // in the order of kSignals of the law
+  // A sentence on what was decided last, made of own outside the tick, whenever decisions has grown; as snprintf.
+  int decisions = 0;
+  Remark remark = nullptr;
 };
 
 template <int N>

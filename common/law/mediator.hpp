@@ -180,6 +180,9 @@ class Mediator {
     }
     return all;
   }
+  // Of the first joint, N m/rad.
+  double k_rising() const noexcept { return rising_[0].k(); }
+  double k_falling() const noexcept { return falling_[0].k(); }
   double friction_named() const noexcept { return devices_[0].tendons.F_c(); }  // N m
 
  private:

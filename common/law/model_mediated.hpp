@@ -10,6 +10,11 @@ namespace farhand {
 template <int N>
 class ModelMediated final : public Law<N> {
  public:
+  static constexpr std::array kSignals{
+      LawSignal{"friction_nm", "N m", "friction of the peer's device, as named from its motion"},
+      LawSignal{"k_rising_nm_per_rad", "N m/rad", "stiffness of what resists rising angles, as learnt"},
+      LawSignal{"k_falling_nm_per_rad", "N m/rad", "stiffness of what resists falling angles, as learnt"}};
+
   ModelMediated(const LawParams& /*p*/, const FourChannelGains& K, double dt_s) : mediator_(K, dt_s) {}
 
   void start(const LawInputs<N>& in) noexcept override {
@@ -30,7 +35,13 @@ class ModelMediated final : public Law<N> {
     return wish;
   }
 
-  LawSignals signals() const noexcept override { return {.x_cdob = ahead_[0], .friction = mediator_.friction_named()}; }
+  LawSignals signals() const noexcept override {
+    LawSignals all{.x_cdob = ahead_[0]};
+    all.own[0] = mediator_.friction_named();
+    all.own[1] = mediator_.k_rising();
+    all.own[2] = mediator_.k_falling();
+    return all;
+  }
 
   // rad/s: how fast the model's contact follows from now on.
   void settle(double g) noexcept { mediator_.settle(g); }

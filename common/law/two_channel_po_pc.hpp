@@ -41,7 +41,12 @@ class AccountedPort {
   }
 
   double energy_sent() const noexcept { return port_.in(); }
-  LawSignals signals() const noexcept { return {.alpha = port_.share(), .energy = port_.margin()}; }
+  LawSignals signals() const noexcept {
+    LawSignals all;
+    all.own[0] = port_.share();
+    all.own[1] = port_.margin();
+    return all;
+  }
 
  private:
   // Resting, an encoder shows its last count now and again: no motion, and no energy.
@@ -57,6 +62,9 @@ class AccountedPort {
 template <int N>
 class TwoChannelPassivity : public Law<N> {
  public:
+  static constexpr std::array kSignals{LawSignal{"share", "1", "of the law's torque, what the controller lets through"},
+                                       LawSignal{"energy_j", "J", "what the port may still give"}};
+
   TwoChannelPassivity(const LawParams& p, const FourChannelGains& K, double dt_s)
       : Law<N>({.account = true}), p_(p.two_channel), port_(K.K_f, dt_s) {}
 

@@ -4,8 +4,10 @@
 #include <google/protobuf/message.h>
 #include <google/protobuf/text_format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <map>
@@ -15,6 +17,7 @@
 #include "common/files/output_stream.hpp"
 #include "common/record/mat_file.hpp"
 #include "common/record/mcap_reader.hpp"
+#include "common/record/sample_codec.hpp"
 #include "common/record/stamps.hpp"
 #include "common/signal/joints.hpp"
 #include "proto/record.pb.h"
@@ -28,25 +31,45 @@ using google::protobuf::Message;
 constexpr const char* kTopics[] = {"master", "slave", "netem", "mcu", "events"};
 constexpr const char* kInfo = "info.txtpb";
 
+// One column: a field, or one of the values that it holds.
+struct Cell {
+  const FieldDescriptor* field;
+  int index;  // in a repeated field
+  std::string name;
+};
+
+bool is_text(const Cell& cell) { return cell.field->cpp_type() == FieldDescriptor::CPPTYPE_STRING; }
+
 // What one topic is made of. The messages are ours, so their types are the ones compiled in.
 struct Table {
-  explicit Table(const Message& prototype) : message(prototype.New()) {
-    for (int i = 0; i < prototype.GetDescriptor()->field_count(); ++i) {
-      const FieldDescriptor* field = prototype.GetDescriptor()->field(i);
-      if (!field->is_repeated() && field->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) fields.push_back(field);
+  explicit Table(const Message& prototype) : message(prototype.New()) {}
+
+  // signals: what is in a repeated field; their values have had fields of their own before they had names.
+  void columns(const record::RunInfo& info, bool master) {
+    if (!cells.empty()) return;
+    const std::vector<std::string> signals = signals_of(info, master);
+    for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
+      const FieldDescriptor* field = message->GetDescriptor()->field(i);
+      if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) continue;
+      if (field->is_repeated()) {
+        for (int k = 0; info.signals_named() && k < static_cast<int>(signals.size()); ++k)
+          cells.push_back({field, k, signals[static_cast<std::size_t>(k)]});
+      } else if (!info.signals_named() || std::ranges::find(kUnnamedSignals, field->name()) == kUnnamedSignals.end()) {
+        cells.push_back({field, 0, field->name()});
+      }
     }
   }
 
   std::unique_ptr<Message> message;
-  std::vector<const FieldDescriptor*> fields;
+  std::vector<Cell> cells;  // the first is the time
 };
 
-bool is_text(const FieldDescriptor* field) { return field->cpp_type() == FieldDescriptor::CPPTYPE_STRING; }
-
-// Calls `take` with the value of a number field in its own type.
+// Calls `take` with the value of a number in its own type.
 template <class Take>
-void with_number(const Message& message, const FieldDescriptor* field, const Take& take) {
+void with_number(const Message& message, const Cell& cell, const Take& take) {
+  const FieldDescriptor* field = cell.field;
   const auto* get = message.GetReflection();
+  if (field->is_repeated()) return take(get->GetRepeatedDouble(message, field, cell.index));
   switch (field->cpp_type()) {
     case FieldDescriptor::CPPTYPE_DOUBLE:
       return take(get->GetDouble(message, field));
@@ -63,8 +86,11 @@ void with_number(const Message& message, const FieldDescriptor* field, const Tak
   }
 }
 
-bool known(const Message& message, const FieldDescriptor* field) {
-  return !field->has_presence() || message.GetReflection()->HasField(message, field);
+bool known(const Message& message, const Cell& cell) {
+  const auto* get = message.GetReflection();
+  if (!cell.field->is_repeated()) return !cell.field->has_presence() || get->HasField(message, cell.field);
+  return cell.index < get->FieldSize(message, cell.field) &&
+         !std::isnan(get->GetRepeatedDouble(message, cell.field, cell.index));
 }
 
 double time_s(const Message& message, const FieldDescriptor* t_ns, Nanoseconds start) {
@@ -104,8 +130,10 @@ Walked walk(const std::filesystem::path& recording,
       ++unknown;
       return;
     }
-    const Table& table = found->second;
-    row(message.channel.topic.substr(1), table, time_s(*table.message, table.fields.front(), walked.info.start_ns()));
+    Table& table = found->second;
+    table.columns(walked.info, message.channel.topic == "/master");
+    row(message.channel.topic.substr(1), table,
+        time_s(*table.message, table.cells.front().field, walked.info.start_ns()));
   };
   walked.problems = read_mcap(recording, read).problems;
   if (!informed) {
@@ -146,16 +174,16 @@ Exported export_csv(const std::filesystem::path& recording, const std::filesyste
     line.clear();
     if (is_new) {
       line = "t_s";
-      for (const FieldDescriptor* field : table.fields) line.append(",").append(field->name());
+      for (const Cell& cell : table.cells) line.append(",").append(cell.name);
       line.push_back('\n');
     }
     append_number(line, t_s);
-    for (const FieldDescriptor* field : table.fields) {
+    for (const Cell& cell : table.cells) {
       line.push_back(',');
-      if (is_text(field)) {
-        append_quoted(line, table.message->GetReflection()->GetString(*table.message, field));
-      } else if (known(*table.message, field)) {
-        with_number(*table.message, field, [&](auto value) { append_number(line, value); });
+      if (is_text(cell)) {
+        append_quoted(line, table.message->GetReflection()->GetString(*table.message, cell.field));
+      } else if (known(*table.message, cell)) {
+        with_number(*table.message, cell, [&](auto value) { append_number(line, value); });
       }
     }
     line.push_back('\n');
@@ -187,20 +215,20 @@ Exported export_mat(const std::filesystem::path& recording, const std::filesyste
     Matrix& matrix = matrices[topic];
     if (matrix.names.empty()) {
       matrix.names.push_back("t_s");
-      for (const FieldDescriptor* field : table.fields) {
-        if (!is_text(field)) matrix.names.push_back(field->name());
+      for (const Cell& cell : table.cells) {
+        if (!is_text(cell)) matrix.names.push_back(cell.name);
       }
       matrix.columns.resize(matrix.names.size());
     }
     auto column = matrix.columns.begin();
     (column++)->push_back(t_s);
-    for (const FieldDescriptor* field : table.fields) {
-      if (is_text(field)) {
-        matrix.texts[field->name()].push_back(table.message->GetReflection()->GetString(*table.message, field));
-      } else if (!known(*table.message, field)) {
+    for (const Cell& cell : table.cells) {
+      if (is_text(cell)) {
+        matrix.texts[cell.name].push_back(table.message->GetReflection()->GetString(*table.message, cell.field));
+      } else if (!known(*table.message, cell)) {
         (column++)->push_back(std::numeric_limits<double>::quiet_NaN());
       } else {
-        with_number(*table.message, field, [&](auto value) { (column++)->push_back(static_cast<double>(value)); });
+        with_number(*table.message, cell, [&](auto value) { (column++)->push_back(static_cast<double>(value)); });
       }
     }
   });

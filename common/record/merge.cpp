@@ -133,6 +133,8 @@ Session merge_recordings(const std::filesystem::path& directory) {
   session.scene_text = run.scene_text();
   session.seed = run.seed();
   session.deterministic = run.deterministic();
+  if (master) session.master_signals = signals_of(master->info, true);
+  if (slave) session.slave_signals = signals_of(slave->info, false);
 
   // The emulator shares the slave's host, so its stamps are the slave's clock.
   if (mcu && slave && !knows_true_world(slave->slave)) add_true_world(mcu->mcu, slave->slave);

@@ -23,9 +23,7 @@ inline StationSample sample_of(const TickTrace<1>& trace, const Receiver<1>& rec
   row.command_nm = trace.effort;
   row.x_cdob_rad = trace.law.x_cdob;
   row.alpha = trace.law.alpha;
-  row.energy_j = trace.law.energy;
-  row.friction_nm = trace.law.friction;
-  row.f_2_nm = trace.law.f_2;
+  row.law = trace.law.own;
   row.playout_delay_s = to_seconds(trace.playout_depth);
   row.rtt_s = to_seconds(trace.rtt);
   row.limits = trace.limits;

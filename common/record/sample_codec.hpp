@@ -8,16 +8,6 @@
 
 namespace farhand {
 
-// The true world of the emulated orthosis.
-struct McuSample {
-  double true_x_rad = 0, true_v_rad_s = 0,
-         true_f_nm = 0;    // f_nm: between orthosis and hand, sign convention of Motion::f
-  double motor_x_rad = 0;  // seen at the joint
-  double spring_torque_nm = 0;
-  double torque_command_nm = 0;
-  int state = 0;
-};
-
 // Times of samples travel beside them, in nanoseconds: t_s of the structs is not used here.
 void encode(Nanoseconds t, const StationSample& sample, record::StationSample& message);
 void encode(Nanoseconds t, const LinkSample& sample, record::LinkSample& message);
@@ -28,5 +18,9 @@ StationSample decode(const record::StationSample& message);
 LinkSample decode(const record::LinkSample& message);
 McuSample decode(const record::McuSample& message);
 StationCounters decode(const record::Counters& message);
+
+// How the law's signals of a side are called. A recording made before they had names has kUnnamedSignals.
+std::vector<std::string> signals_of(const record::RunInfo& info, bool master);
+void name_signals(const std::vector<std::string>& master, const std::vector<std::string>& slave, record::RunInfo& info);
 
 }  // namespace farhand

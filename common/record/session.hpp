@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "common/law/law.hpp"
+
 namespace farhand {
 
 inline constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();  // a number that is not there
@@ -20,15 +22,13 @@ struct StationSample {
   double remote_x_rad = 0, remote_v_rad_s = 0, remote_f_nm = 0;  // the peer, as played out
   double target_x_rad = 0;                                       // position that the law follows
   double command_nm = 0;  // torque applied after all limits, or torque reference sent to the MCU
-  double x_cdob_rad = 0;  // slave as predicted minus as received: by the CDOB or the mediator; 0 without one
-  double alpha = 1;       // SDCV factor; 1 without one
-  double energy_j = std::numeric_limits<double>::quiet_NaN();     // in the tank, or what a port has over; NaN without
-  double friction_nm = std::numeric_limits<double>::quiet_NaN();  // named of the peer's device; NaN without
-  double f_2_nm = std::numeric_limits<double>::quiet_NaN();       // SDCV's, named of the patient; NaN without
-  double playout_delay_s = 0;  // play-out over the fastest packet (buffer depth in force)
-  double rtt_s = 0;            // newest round trip measured by echo
-  std::uint32_t limits = 0;    // LimitBit
-  double true_x_rad = 0;       // true angle in the simulated world
+  double x_cdob_rad = 0;  // followed beyond what was received, by the CDOB or the mediator; 0 without one
+  double alpha = 1;       // of that, what is used; 1 without one
+  LawSignals::Own law = LawSignals::nothing();  // the law's own signals, under Session::master_signals, slave_signals
+  double playout_delay_s = 0;                   // play-out over the fastest packet (buffer depth in force)
+  double rtt_s = 0;                             // newest round trip measured by echo
+  std::uint32_t limits = 0;                     // LimitBit
+  double true_x_rad = 0;                        // true angle in the simulated world
   double true_v_rad_s = 0;
   double true_f_nm = 0;  // true torque between device and person, sign convention of Motion::f
   // Of the newest accepted packet, in integers because an offset of clocks is the difference of two large numbers: the
@@ -43,6 +43,16 @@ struct LinkSample {
   bool lost = false;
   double asked_delay_s = 0;
   double achieved_delay_s = 0;
+};
+
+// The true world of the emulated orthosis.
+struct McuSample {
+  double t_s = 0;
+  double true_x_rad = 0, true_v_rad_s = 0, true_f_nm = 0;  // f_nm: between orthosis and hand, signed as Motion::f
+  double motor_x_rad = 0;                                  // seen at the joint
+  double spring_torque_nm = 0;
+  double torque_command_nm = 0;
+  int state = 0;
 };
 
 struct SessionEvent {
@@ -74,6 +84,17 @@ struct WallClock {
   double tick_max_us = std::numeric_limits<double>::quiet_NaN();
 };
 
+// What the signals of laws were before they had names.
+inline constexpr std::array kUnnamedSignals{"energy_j", "friction_nm", "f_2_nm"};
+
+// A signal of a law by its name; NaN where the law has none of it.
+inline double law_signal(const StationSample& row, const std::vector<std::string>& names, std::string_view name) {
+  for (std::size_t i = 0; i < names.size() && i < row.law.size(); ++i) {
+    if (names[i] == name) return row.law[i];
+  }
+  return kAbsent;
+}
+
 struct Session {
   std::string scene_name;
   std::string scene_text;  // the whole scene as text, defaults filled in
@@ -81,6 +102,7 @@ struct Session {
   bool deterministic = false;       // virtual time: numbers of the wall clock are left out of the results
   double clock_offset_s = 0;        // added to the slave's times to get the master's
   double clock_offset_bound_s = 0;  // the true offset lies within +- this
+  std::vector<std::string> master_signals, slave_signals;  // names of StationSample::law
   std::vector<StationSample> master, slave;
   std::vector<LinkSample> link;
   std::vector<SessionEvent> events;

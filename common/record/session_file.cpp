@@ -82,6 +82,7 @@ std::filesystem::path write_session_mcap(const Session& session, const std::file
   info.set_deterministic(session.deterministic);
   info.set_clock_offset_s(session.clock_offset_s);
   info.set_clock_offset_bound_s(session.clock_offset_bound_s);
+  name_signals(session.master_signals, session.slave_signals, info);
   for (const auto& [role, counters] :
        {std::pair{"master", &session.master_counters}, std::pair{"slave", &session.slave_counters}}) {
     record::Counters& message = *info.add_counters();
@@ -120,6 +121,8 @@ Session read_session_mcap(const std::filesystem::path& file) {
   session.deterministic = all.info.deterministic();
   session.clock_offset_s = all.info.clock_offset_s();
   session.clock_offset_bound_s = all.info.clock_offset_bound_s();
+  session.master_signals = signals_of(all.info, true);
+  session.slave_signals = signals_of(all.info, false);
   for (const record::Counters& counters : all.info.counters()) {
     (counters.role() == "master" ? session.master_counters : session.slave_counters) = decode(counters);
   }

@@ -9,6 +9,7 @@
 #include "common/advice/guarded.hpp"
 #include "common/advice/warnings.hpp"
 #include "common/config/effect.hpp"
+#include "common/law/architectures.hpp"
 
 namespace farhand {
 
@@ -54,6 +55,8 @@ record::RunInfo run_info(const LoadedScene& scene, const std::string& role) {
   const auto utc = std::chrono::system_clock::now().time_since_epoch();
   info.set_start_utc_ns(std::chrono::duration_cast<std::chrono::nanoseconds>(utc).count());
   info.set_clock_id(host_clock_id());
+  const Architecture& laws = architecture(scene::Architecture_Name(scene.scene.architecture()));
+  name_signals(names_of(laws.master.signals), names_of(laws.slave.signals), info);
   return info;
 }
 

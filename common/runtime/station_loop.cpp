@@ -74,29 +74,13 @@ OperatorAct StationLoop::next_act(const TickTime& time, double t_s) noexcept {
 
 void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noexcept {
   if (ports_.recorder == nullptr) return;
-  const auto& trace = side_.trace();
   ports_.recorder->push(time.deadline_ns, sample_of(side_.trace(), side_.receiver(), side_.truth(), t_s));
-  if (pressed_ && !was_pressed_) {
-    note(time.deadline_ns, "patient's stop", ports_.stop_input->broken() ? "its input has ended" : "pressed");
-  }
-  if (suspending_ && !was_suspending_) note(time.deadline_ns, "operator", "suspends the program");
-  if (act != OperatorAct::kNone && !stopping_ && !pressed_ && !suspending_)
-    note(time.deadline_ns, "operator", name_of(act));
-  if (time.index == 0 || trace.state != noted_) note(time.deadline_ns, name_of(trace.state), why_of(side_));
-  if (trace.state != noted_ && trace.reason == Reason::kAnotherAxis)
-    ports_.recorder->note(time.deadline_ns, name_of(trace.misfit));
-  noted_ = trace.state;
-  const std::string_view shaking = shaking_note_.step(t_s, trace);
-  if (!shaking.empty()) ports_.recorder->note(time.deadline_ns, shaking);
-  const std::string_view choice = choice_note_.step(trace);
-  if (!choice.empty()) ports_.recorder->note(time.deadline_ns, choice);
-}
-
-void StationLoop::note(Nanoseconds t, const char* what, const char* why) noexcept {
-  Note sentence;  // snprintf tells the length of the whole, however much of it there is room for
-  const int length = std::snprintf(sentence.text.data(), sentence.text.size(), "%s: %s", what, why);
-  sentence.size = std::min(static_cast<std::size_t>(std::max(length, 0)), sentence.text.size() - 1);
-  ports_.recorder->note(t, sentence.view());
+  const auto told = [&](std::string_view sentence) { ports_.recorder->note(time.deadline_ns, sentence); };
+  if (pressed_ && !was_pressed_)
+    told(ports_.stop_input->broken() ? "patient's stop: its input has ended" : "patient's stop: pressed");
+  if (suspending_ && !was_suspending_) told("operator: suspends the program");
+  const bool asked = !stopping_ && !pressed_ && !suspending_;  // else the act is the loop's own
+  journal_.step(t_s, side_.trace(), asked ? act : OperatorAct::kNone, why_of(side_), told);
 }
 
 void StationLoop::show(double t_s) noexcept {

@@ -16,8 +16,7 @@
 #include "common/runtime/run_loop.hpp"
 #include "common/runtime/side.hpp"
 #include "common/runtime/stop_input.hpp"
-#include "common/station/choice_note.hpp"
-#include "common/station/shaking_note.hpp"
+#include "common/station/journal.hpp"
 
 namespace farhand {
 
@@ -46,7 +45,6 @@ class StationLoop {
   void receive(Nanoseconds now) noexcept;
   OperatorAct next_act(const TickTime& time, double t_s) noexcept;
   void record(const TickTime& time, double t_s, OperatorAct act) noexcept;
-  void note(Nanoseconds t, const char* what, const char* why) noexcept;
   void show(double t_s) noexcept;
 
   Side& side_;
@@ -61,9 +59,7 @@ class StationLoop {
   bool suspending_ = false, was_suspending_ = false;  // in this tick and in the one before
   bool pressed_ = false, was_pressed_ = false;        // the patient's stop, in this tick and in the one before
   int stopping_ticks_ = 0;
-  ShakingNote shaking_note_;
-  ChoiceNote choice_note_;
-  StationState noted_ = StationState::kOff;
+  Journal journal_;
 };
 
 // What the main of a station has made, and how its user wants it run.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/judge/digits.hpp"
+#include "common/law/architectures.hpp"
 #include "common/link/packet.hpp"
 #include "common/station/engagement.hpp"
 
@@ -294,10 +295,36 @@ std::string Figures::compensation() const {
 std::string Figures::alpha() const {
   const std::vector<double> y = each(session_.master, [](const StationSample& s) { return s.alpha; });
   if (std::none_of(y.begin(), y.end(), [](double v) { return std::isfinite(v) && v != 1; })) return "";
-  Plot plot("Share of the compensation that is used (SDCV)", time_, {"alpha", -0.05, 1.05}, 960, 184);
+  Plot plot("Share of the compensation that is used", time_, {"alpha", -0.05, 1.05}, 960, 184);
   plot.landmarks(landmarks_);
   plot.line("alpha", times(session_.master), y, Ink::kMaster, kGap_s);
   return plot.svg();
+}
+
+std::string Figures::law_signals() const {
+  const Architecture* laws = find_architecture(scene::Architecture_Name(scene_.architecture()));
+  std::vector<std::string> names = session_.master_signals;
+  for (const std::string& name : session_.slave_signals) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  }
+  std::string all;
+  for (const std::string& name : names) {
+    const LawSignal* signal = laws == nullptr ? nullptr : signal_of(*laws, name);
+    Plot plot = over_time(signal == nullptr ? name : name + ": " + std::string(signal->meaning),
+                          signal == nullptr ? name : name + ", " + std::string(signal->unit), 184);
+    bool any = false;
+    const auto line = [&](const char* label, const std::vector<StationSample>& rows,
+                          const std::vector<std::string>& signals, Ink ink) {
+      const std::vector<double> y = each(rows, [&](const StationSample& s) { return law_signal(s, signals, name); });
+      if (std::none_of(y.begin(), y.end(), [](double v) { return std::isfinite(v); })) return;
+      any = true;
+      plot.line(label, times(rows), y, ink, kGap_s);
+    };
+    line("master", session_.master, session_.master_signals, Ink::kMaster);
+    line("slave", session_.slave, session_.slave_signals, Ink::kSlave);
+    if (any) all += plot.svg();
+  }
+  return all;
 }
 
 std::string Figures::error_over_time(const std::string& title, const std::string& y_label,

@@ -28,7 +28,8 @@ class Figures {
   std::string round_trip_and_playout() const;
   // Laws.
   std::string compensation() const;  // empty if the CDOB never compensated
-  std::string alpha() const;         // empty if the SDCV factor was 1 throughout
+  std::string alpha() const;         // empty if it was 1 throughout
+  std::string law_signals() const;   // what the architecture shows beside, a picture each; empty if it is nothing
   std::string tracking_error() const;
   std::string estimated_torques() const;  // empty if truth is not known: then torques() already shows the estimates
   std::string force_error() const;

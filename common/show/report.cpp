@@ -316,6 +316,7 @@ std::string report_html(const Session& session, const scene::Scene& scene, const
   out +=
       "<h2>Laws</h2>\n" + or_note(figures.compensation(), "No communication disturbance was compensated in this run.");
   out += or_note(figures.alpha(), "The compensation was not scaled (alpha = 1 throughout).");
+  out += figures.law_signals();
 
   out += "<h2>Motion</h2>\n" + figures.tracking_error();
   out += note(

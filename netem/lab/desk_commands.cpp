@@ -8,6 +8,8 @@
 #include "common/advice/warnings.hpp"
 #include "common/config/schema.hpp"
 #include "common/judge/metrics.hpp"
+#include "common/law/architectures.hpp"
+#include "common/record/columns.hpp"
 #include "common/record/export.hpp"
 #include "common/record/mcap_reader.hpp"
 #include "common/record/merge.hpp"
@@ -44,11 +46,25 @@ int check(const std::vector<std::string>& files) {
   return code;
 }
 
+void print_column(std::string_view name, std::string_view unit, std::string_view meaning) {
+  std::cout << "  " << std::left << std::setw(28) << name << std::setw(12) << unit << std::right << meaning << '\n';
+}
+
+void print_columns_table() {
+  std::cout << "\nColumns of a recording, for each tick of a station\n\n";
+  for (const auto& column : kStationColumns) print_column(column.name, column.unit, column.meaning);
+  for (const Architecture& laws : architectures()) {
+    for (const auto& [side, signals] : {std::pair{"master", laws.master.signals}, {"slave", laws.slave.signals}}) {
+      if (!signals.empty()) std::cout << "\n  " << laws.name << ", " << side << '\n';
+      for (const LawSignal& signal : signals) print_column(signal.name, signal.unit, signal.meaning);
+    }
+  }
+}
+
 void print_metrics_table() {
   std::cout << "\nMetrics\n\n";
   for (const MetricInfo& metric : kMetrics) {
-    std::cout << "  " << std::left << std::setw(28) << metric.key << std::setw(12) << metric.unit << std::right
-              << metric.meaning << (metric.deterministic ? "" : " (wall clock)") << '\n';
+    print_column(metric.key, metric.unit, std::string(metric.meaning) + (metric.deterministic ? "" : " (wall clock)"));
   }
 }
 
@@ -142,6 +158,7 @@ Action add_schema(Command command) {
     } else {
       print_schema(std::cout);
       print_metrics_table();
+      print_columns_table();
     }
     return kExitOk;
   };

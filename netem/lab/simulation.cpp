@@ -6,10 +6,10 @@
 #include <stdexcept>
 
 #include "common/config/operator_timeline.hpp"
+#include "common/law/architectures.hpp"
 #include "common/link/codec.hpp"
 #include "common/record/sample.hpp"
-#include "common/station/choice_note.hpp"
-#include "common/station/shaking_note.hpp"
+#include "common/station/journal.hpp"
 #include "netem/lab/emulated_slave.hpp"
 #include "netem/lab/host_stalls.hpp"
 #include "netem/link_params.hpp"
@@ -167,6 +167,9 @@ class Keeper final : public Witness {
     session.scene_text = complete_text(loaded.scene);
     session.seed = loaded.scene.seed();
     session.deterministic = true;
+    const Architecture& laws = architecture(scene::Architecture_Name(loaded.scene.architecture()));
+    session.master_signals = names_of(laws.master.signals);
+    session.slave_signals = names_of(laws.slave.signals);
     session.master.reserve(rows);
     session.slave.reserve(rows);
     session.link.reserve(2 * rows);
@@ -175,19 +178,11 @@ class Keeper final : public Witness {
   void ticked(bool master, const Side& side, double t_s, OperatorAct act) override {
     std::vector<StationSample>& rows = master ? session.master : session.slave;
     const char* who = master ? "master" : "slave";
-    const StationSample row = sample_of(side.trace(), side.receiver(), side.truth(), t_s);
-    if (act != OperatorAct::kNone) session.events.push_back({t_s, who, std::string("operator: ") + name_of(act)});
-    if (rows.empty() || rows.back().state != row.state) {
-      session.events.push_back(
-          {t_s, who, std::string(name_of(static_cast<StationState>(row.state))) + ": " + why_of(side)});
-      if (side.trace().reason == Reason::kAnotherAxis)
-        session.events.push_back({t_s, who, name_of(side.trace().misfit)});
-    }
-    const std::string_view shaking = master ? std::string_view() : shaking_note_.step(t_s, side.trace());
-    if (!shaking.empty()) session.events.push_back({t_s, who, std::string(shaking)});
-    const std::string_view choice = master ? choice_note_.step(side.trace()) : std::string_view();
-    if (!choice.empty()) session.events.push_back({t_s, who, std::string(choice)});
-    rows.push_back(row);
+    (master ? master_journal_ : slave_journal_)
+        .step(t_s, side.trace(), act, why_of(side), [&](std::string_view sentence) {
+          session.events.push_back({t_s, who, std::string(sentence)});
+        });
+    rows.push_back(sample_of(side.trace(), side.receiver(), side.truth(), t_s));
     if (progress_ && t_s >= next_report_s_) {
       progress_(t_s);
       next_report_s_ += 1.0;
@@ -199,8 +194,7 @@ class Keeper final : public Witness {
 
  private:
   const std::function<void(double)>& progress_;
-  ShakingNote shaking_note_;  // of the patient's hand
-  ChoiceNote choice_note_;    // of the therapist's station
+  Journal master_journal_, slave_journal_;
   double next_report_s_ = 0;
 };
 

@@ -1,0 +1,64 @@
+// What a recording tells of a station in words: who asked for what, which state it came to and why, when a hand is
+// shaken, what a law decided. Each sentence is worded here once, for programs and lab.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string_view>
+#include <utility>
+
+#include "common/observer/oscillation.hpp"
+#include "common/station/tick_trace.hpp"
+
+namespace farhand {
+
+class Journal {
+ public:
+  // After each tick. why: it is in its state. told(sentence): for each one; it is gone with the call.
+  template <class Told>
+  void step(double t_s, const TickTrace<1>& trace, OperatorAct act, const char* why, const Told& told) noexcept {
+    if (act != OperatorAct::kNone) told(worded("operator: %s", name_of(act)));
+    if (!std::exchange(begun_, true) || trace.state != state_) {
+      told(worded("%s: %s", name_of(trace.state), why));
+      if (trace.reason == Reason::kAnotherAxis) told(std::string_view(name_of(trace.misfit)));
+    }
+    state_ = trace.state;
+    shaking(t_s, trace, told);
+    if (std::exchange(decisions_, trace.law.decisions) != decisions_ && trace.law.remark != nullptr)
+      told(fit(trace.law.remark(trace.law.own, text_)));
+  }
+
+ private:
+  template <class... Values>
+  std::string_view worded(const char* format, const Values&... values) noexcept {
+    return fit(std::snprintf(text_.data(), text_.size(), format, values...));
+  }
+  // snprintf tells the length of the whole, however much of it there is room for.
+  std::string_view fit(int length) const noexcept {
+    return {text_.data(), std::min(static_cast<std::size_t>(std::max(length, 0)), text_.size() - 1)};
+  }
+
+  // When it begins, and when it is over.
+  template <class Told>
+  void shaking(double t_s, const TickTrace<1>& trace, const Told& told) noexcept {
+    const bool shaking = (trace.limits & kLimitShaking) != 0, before = std::exchange(shaking_, shaking);
+    if (!before) most_ = 0.0;
+    most_ = std::max(most_, trace.shaking);
+    if (shaking == before) return;
+    if (shaking) {
+      from_s_ = std::max(0.0, t_s - Oscillation::kWindow);
+      told(worded("shaken: %.2f rad/s RMS, window from %.3f s", trace.shaking, from_s_));
+    } else {
+      told(worded("shaken no more: at most %.2f rad/s RMS, window %.3f s to %.3f s", most_, from_s_, t_s));
+    }
+  }
+
+  std::array<char, 160> text_{};
+  StationState state_ = StationState::kOff;
+  double from_s_ = 0.0, most_ = 0.0;  // of the shaking
+  int decisions_ = 0;
+  bool begun_ = false, shaking_ = false;
+};
+
+}  // namespace farhand
