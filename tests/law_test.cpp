@@ -1,18 +1,14 @@
 // The architectures: that each has its row and a name in scenes, and holds its blocks and nothing else.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "common/law/architectures.hpp"
-#include "common/law/automatic.hpp"
-#include "common/law/four_channel_cdob.hpp"
-#include "common/law/four_channel_cdob_sdcv.hpp"
-#include "common/law/four_channel_tank.hpp"
-#include "common/law/two_channel.hpp"
-#include "common/law/two_channel_po_pc.hpp"
-#include "common/law/wave.hpp"
 #include "proto/scene.pb.h"
 
 namespace farhand {
@@ -74,25 +70,51 @@ TEST(Architectures, NotEngagedTheyTellAndForgetThePeer) {
   }
 }
 
-// What an architecture does not need is not in its object: its blocks, the face, and a few numbers of its own.
+// What an architecture does not need is not in its object: its blocks, as its row has them, and a few numbers beside.
 TEST(Architectures, HoldTheirBlocksAndNothingElse) {
   constexpr std::size_t kOwn = 64;
-  const auto expect = [](std::size_t law, std::size_t blocks, const char* name) {
-    EXPECT_GE(law, blocks) << name;
-    EXPECT_LE(law, blocks + kOwn) << name;
-  };
-  using PatientsOnes = std::optional<PatientsThresholds<1>>;
-  expect(sizeof(FourChannel<1>), 0, "FOUR_CHANNEL");
-  expect(sizeof(FourChannelCdob<1>), sizeof(Cdob<1>), "FOUR_CHANNEL_CDOB");
-  expect(sizeof(FourChannelCdobSdcv<1>), sizeof(Cdob<1>) + sizeof(Sdcv<1>) + sizeof(PatientsOnes), "with SDCV");
-  expect(sizeof(ModelMediated<1>), sizeof(Mediator<1>), "MODEL_MEDIATED");
-  expect(sizeof(Automatic<1>), sizeof(ModelMediated<1>) + sizeof(FourChannel<1>) + sizeof(Chooser), "AUTOMATIC");
-  expect(sizeof(FourChannelTank<1>), sizeof(EnergyTank) + sizeof(LowPass<1>), "FOUR_CHANNEL_TANK");
-  expect(sizeof(TwoChannelMaster<1>), sizeof(TwoChannelParams) + sizeof(HeldTo<1>), "TWO_CHANNEL, master");
-  expect(sizeof(TwoChannelSlave<1>), sizeof(TwoChannelParams), "TWO_CHANNEL, slave");
-  expect(sizeof(PassiveMaster<1>), sizeof(TwoChannelParams) + sizeof(AccountedPort<1>) + sizeof(HeldTo<1>), "PO/PC");
-  expect(sizeof(WaveMaster<1>), sizeof(MasterWave<1>) + sizeof(ReceivedWave<1>), "WAVE, master");
-  expect(sizeof(WaveSlave<1>), sizeof(SlaveWave<1>) + sizeof(ReceivedWave<1>), "WAVE, slave");
+  for (const Architecture& row : architectures()) {
+    for (const LawMaker& law : {row.master, row.slave}) {
+      std::size_t blocks = 0;
+      for (const LawBlock& block : law.blocks) blocks += block.bytes;
+      EXPECT_GE(law.bytes, blocks) << row.name;
+      EXPECT_LE(law.bytes, blocks + kOwn) << row.name;
+    }
+  }
+}
+
+TEST(Architectures, SayOfEachBlockWhyItIsThereAndWhatItCosts) {
+  const LawParams p;
+  const FourChannelGains K{.K_p = 400, .K_d = 40, .K_f = 250};
+  std::vector<LawInputs<1>> seen(1000);
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    const double t = 1e-3 * static_cast<double>(k);
+    seen[k].local = {Joints<1>(0.1 * t), Joints<1>(0.1), Joints<1>(0.2 * t)};
+    seen[k].received = {Joints<1>(0.09 * t), Joints<1>(0.1), Joints<1>(-0.1 * t)};
+  }
+  for (const Architecture& row : architectures()) {
+    for (const LawMaker& law : {row.master, row.slave}) {
+      std::set<std::string_view> names;
+      for (const LawBlock& block : law.blocks) {
+        EXPECT_TRUE(names.insert(block.name).second) << row.name << ' ' << block.name;
+        EXPECT_FALSE(block.why.empty()) << block.name;
+        EXPECT_FALSE(block.without.empty()) << block.name;
+        EXPECT_GT(block.bytes, 0u) << block.name;
+        EXPECT_EQ(block.idle == Idle::kNever, block.instead.empty()) << block.name;
+        if (!block.instead.empty()) {
+          EXPECT_NE(find_architecture(block.instead), nullptr) << block.name;
+        }
+        ASSERT_NE(block.run, nullptr) << block.name;
+        EXPECT_TRUE(std::isfinite(block.run(p, K, 1e-3, seen))) << block.name;
+        for (const std::string_view setting : block.settings) {
+          if (setting.empty()) continue;
+          ASSERT_TRUE(setting.starts_with("control.")) << setting;
+          const std::string field(setting.substr(std::string_view("control.").size()));
+          EXPECT_NE(scene::Control::descriptor()->FindFieldByName(field), nullptr) << setting;
+        }
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -3,10 +3,12 @@
 #include <google/protobuf/text_format.h>
 
 #include <memory>
+#include <set>
 #include <span>
 
 #include "common/config/scene_kind.hpp"
 #include "common/config/schema.hpp"
+#include "common/law/architectures.hpp"
 
 namespace farhand {
 namespace {
@@ -27,7 +29,6 @@ struct Effect {
 
 bool is_direct(const Scene& s) { return !is_elastic(s); }
 bool never(const Scene&) { return false; }
-bool has_two_channels(const Scene& s) { return is_two_channel(s) || has_passivity_controllers(s); }
 bool is_adaptive(const Scene& s) { return s.world().method() == scene::ADAPTIVE; }
 bool has_own_grip(const Scene& s) { return s.master().therapist().grip() == scene::CUSTOM; }
 template <bool kForward>
@@ -55,11 +56,6 @@ constexpr Effect kRefused[] = {
     {"master.therapist.B_h_nms_per_rad", kCustom, has_own_grip},
     {"slave.axis.gravity_nm", kDirect, is_direct},
 };
-
-constexpr const char *kCdob = "architecture FOUR_CHANNEL_CDOB or FOUR_CHANNEL_CDOB_SDCV",
-                     *kSdcv = "architecture FOUR_CHANNEL_CDOB_SDCV",
-                     *kTwo = "architecture TWO_CHANNEL or TWO_CHANNEL_PO_PC", *kWave = "architecture WAVE",
-                     *kTanks = "architecture FOUR_CHANNEL_TANK";
 
 constexpr Effect kIdle[] = {
     {"slave.motor", kDirect, is_direct},
@@ -92,23 +88,6 @@ constexpr Effect kIdle[] = {
      [](const Scene& s) { return s.slave().axis().gravity_nm() > 0; }},
     {"slave.motor.gravity_angle_rad", "slave.motor.gravity_nm",
      [](const Scene& s) { return is_elastic(s) || s.slave().motor().gravity_nm() > 0; }},
-    {"control.g_net_rad_s", kCdob, has_cdob},
-    {"control.local_model", kCdob, has_cdob},
-    {"control.f_1_nm", kSdcv, has_sdcv},
-    {"control.f_2_nm", kSdcv, has_sdcv},
-    {"control.alpha_cutoff_rad_s", kSdcv, has_sdcv},
-    {"control.K_2_nm_per_rad", kTwo, has_two_channels},
-    {"control.B_2_nms_per_rad", kTwo, has_two_channels},
-    {"control.B_slave_nms_per_rad", kTwo, has_two_channels},
-    {"control.wave_b_nms_per_rad", kWave, is_wave},
-    {"control.wave_K_s_nm_per_rad", kWave, is_wave},
-    {"control.wave_B_s_nms_per_rad", kWave, is_wave},
-    {"control.wave_matching", kWave, is_wave},
-    {"control.wave_drift_per_s", kWave, is_wave},
-    {"control.tank_level_j", kTanks, has_tanks},
-    {"control.tank_alpha_nms_per_rad_j", kTanks, has_tanks},
-    {"control.tank_rate_per_s", kTanks, has_tanks},
-    {"control.tank_B_fast_nms_per_rad", kTanks, has_tanks},
 };
 
 constexpr const char* kVirtual = "virtual time: leave it out where the programs run, or use farhand-lab run";
@@ -126,14 +105,6 @@ constexpr Effect kDirectMaster[] = {
     {"master.axis.gravity_nm", kNoMcu, never},
 };
 
-std::string text_of(const Message& message, const FieldDescriptor& field) {
-  if (field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE)
-    return shortest(message.GetReflection()->GetDouble(message, &field));
-  std::string text;
-  TextFormat::PrintFieldValueToString(message, &field, -1, &text);
-  return text;
-}
-
 // Calls found(path, "path = value") for what is not at its default.
 template <class Found>
 void given(const Message& message, const FieldDescriptor& field, const std::string& path, const Found& found) {
@@ -144,8 +115,8 @@ void given(const Message& message, const FieldDescriptor& field, const std::stri
     const scene::FieldInfo& info = field_info(field);
     if (info.has_default_text() && !may_stay_absent(field))
       TextFormat::ParseFieldValueFromString(info.default_text(), &field, usual.get());
-    if (!reflection.HasField(*usual, &field) || text_of(*usual, field) != text_of(message, field))
-      found(path, path + " = " + text_of(message, field));
+    if (!reflection.HasField(*usual, &field) || value_text(*usual, field) != value_text(message, field))
+      found(path, path + " = " + value_text(message, field));
     return;
   }
   if (may_stay_absent(field)) return found(path, path);
@@ -181,12 +152,34 @@ std::vector<Complaint> without_effect(const Scene& scene, std::span<const Effect
   return all;
 }
 
+// What the laws of other architectures read.
+void of_other_laws(const Scene& scene, std::vector<Complaint>& all) {
+  const Architecture& laws = architecture(scene::Architecture_Name(scene.architecture()));
+  std::set<std::string_view> seen;
+  for (const Architecture& other : architectures()) {
+    for (const LawMaker& side : {other.master, other.slave}) {
+      for (const LawBlock& block : side.blocks) {
+        for (const std::string_view setting : block.settings) {
+          if (setting.empty() || reads(laws, setting) || !seen.insert(setting).second) continue;
+          std::string needs;
+          for (const Architecture& one : architectures())
+            if (reads(one, setting)) needs += (needs.empty() ? "architecture " : " or ") + std::string(one.name);
+          given(scene, std::string(setting), [&](const std::string& path, const std::string& value) {
+            all.push_back({path, value + " has no effect: it needs " + needs});
+          });
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Complaint> refused_settings(const Scene& scene) { return without_effect(scene, kRefused); }
 
 std::vector<Complaint> idle_settings(const Scene& scene) {
   std::vector<Complaint> all = without_effect(scene, kIdle);
+  of_other_laws(scene, all);
   for (int i = 0; i < scene.master().therapist().intended_size(); ++i) {
     const scene::Movement& movement = scene.master().therapist().intended(i);
     const std::string path = "master.therapist.intended[" + std::to_string(i) + "].sine_frequency_hz";

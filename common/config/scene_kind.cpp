@@ -1,18 +1,21 @@
 #include "common/config/scene_kind.hpp"
 
+#include "common/law/architectures.hpp"
+
 namespace farhand {
 
 bool is_elastic(const scene::Scene& scene) { return scene.slave().device() == scene::SERIES_ELASTIC; }
-bool has_cdob(const scene::Scene& scene) {
-  return scene.architecture() == scene::FOUR_CHANNEL_CDOB || scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV;
+bool has_block(const scene::Scene& scene, std::string_view block) {
+  const Architecture& laws = architecture(scene::Architecture_Name(scene.architecture()));
+  return block_of(laws.master, block) != nullptr || block_of(laws.slave, block) != nullptr;
 }
-bool chooses(const scene::Scene& scene) { return scene.architecture() == scene::AUTOMATIC; }
-bool is_mediated(const scene::Scene& scene) { return scene.architecture() == scene::MODEL_MEDIATED || chooses(scene); }
-bool has_sdcv(const scene::Scene& scene) { return scene.architecture() == scene::FOUR_CHANNEL_CDOB_SDCV; }
-bool is_two_channel(const scene::Scene& scene) { return scene.architecture() == scene::TWO_CHANNEL; }
-bool is_wave(const scene::Scene& scene) { return scene.architecture() == scene::WAVE; }
-bool has_tanks(const scene::Scene& scene) { return scene.architecture() == scene::FOUR_CHANNEL_TANK; }
-bool has_passivity_controllers(const scene::Scene& scene) { return scene.architecture() == scene::TWO_CHANNEL_PO_PC; }
+bool has_cdob(const scene::Scene& scene) { return has_block(scene, "CDOB"); }
+bool is_mediated(const scene::Scene& scene) { return has_block(scene, "mediator"); }
+bool has_sdcv(const scene::Scene& scene) { return has_block(scene, "SDCV"); }
+bool has_passivity_controllers(const scene::Scene& scene) { return has_block(scene, "PO/PC"); }
+bool is_two_channel(const scene::Scene& scene) {
+  return has_block(scene, "two channels") && !has_passivity_controllers(scene);
+}
 
 Scale scale_of(const scene::Scene& scene) { return {scene.control().position_scale(), scene.control().force_scale()}; }
 double master_K_f(const scene::Scene& scene) {

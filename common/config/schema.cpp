@@ -1,11 +1,14 @@
 #include "common/config/schema.hpp"
 
+#include <google/protobuf/text_format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <functional>
 #include <iomanip>
 #include <numeric>
 #include <ostream>
+#include <stdexcept>
 
 #include "common/config/json.hpp"
 
@@ -152,6 +155,28 @@ std::string did_you_mean_field(std::string_view word, const Descriptor& message)
   names.reserve(static_cast<std::size_t>(message.field_count()));
   for (int i = 0; i < message.field_count(); ++i) names.push_back(message.field(i)->name());
   return did_you_mean(word, names);
+}
+
+std::string value_text(const google::protobuf::Message& message, const FieldDescriptor& field) {
+  if (field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE)
+    return shortest(message.GetReflection()->GetDouble(message, &field));
+  std::string text;
+  google::protobuf::TextFormat::PrintFieldValueToString(message, &field, -1, &text);
+  return text;
+}
+
+std::string value_text(const scene::Scene& scene, std::string_view path) {
+  const google::protobuf::Message* message = &scene;
+  for (std::string_view rest = path;;) {
+    const std::size_t end = rest.find('.');
+    const FieldDescriptor* field = message->GetDescriptor()->FindFieldByName(std::string(rest.substr(0, end)));
+    if (field == nullptr || field->is_repeated() ||
+        (end != std::string_view::npos) != (field->message_type() != nullptr))
+      throw std::invalid_argument("a scene has no setting " + std::string(path));
+    if (end == std::string_view::npos) return value_text(*message, *field);
+    message = &message->GetReflection()->GetMessage(*message, field);
+    rest.remove_prefix(end + 1);
+  }
 }
 
 void print_schema(std::ostream& out) {

@@ -32,4 +32,8 @@ std::string shortest(double number);
 void print_schema(std::ostream& out);
 void print_schema_json(std::ostream& out);
 
+// A value as a scene has it. path: names joined by dots, of no list. std::invalid_argument if there is none.
+std::string value_text(const google::protobuf::Message& message, const google::protobuf::FieldDescriptor& field);
+std::string value_text(const scene::Scene& scene, std::string_view path);
+
 }  // namespace farhand

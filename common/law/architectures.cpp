@@ -27,12 +27,18 @@ constexpr std::span<const LawSignal> signals_of() {
   }
 }
 
+template <class L>
+constexpr std::span<const LawBlock> blocks_of() {
+  if constexpr (requires { L::kBlocks; }) return L::kBlocks;
+  return {};
+}
+
 template <template <int> class L>
 constexpr LawMaker maker() {
   return {[](const LawParams& p, const FourChannelGains& K, double dt_s) -> std::unique_ptr<Law<1>> {
             return std::make_unique<L<1>>(p, K, dt_s);
           },
-          sizeof(L<1>), signals_of<L<1>>()};
+          sizeof(L<1>), signals_of<L<1>>(), blocks_of<L<1>>()};
 }
 
 // Under every compensation the patient's side is plain four channels.
@@ -61,6 +67,18 @@ const Architecture& architecture(std::string_view name) {
   const Architecture* found = find_architecture(name);
   if (found == nullptr) throw std::invalid_argument("there is no architecture " + std::string(name));
   return *found;
+}
+
+const LawBlock* block_of(const LawMaker& law, std::string_view name) noexcept {
+  const auto found = std::ranges::find(law.blocks, name, &LawBlock::name);
+  return found == law.blocks.end() ? nullptr : &*found;
+}
+
+bool reads(const Architecture& laws, std::string_view setting) noexcept {
+  const auto reads = [setting](const LawBlock& block) {
+    return std::ranges::find(block.settings, setting) != block.settings.end();
+  };
+  return std::ranges::any_of(laws.master.blocks, reads) || std::ranges::any_of(laws.slave.blocks, reads);
 }
 
 const LawSignal* signal_of(const Architecture& laws, std::string_view name) noexcept {

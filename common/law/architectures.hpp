@@ -8,8 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/law/law.hpp"
-#include "common/law/params.hpp"
+#include "common/law/row.hpp"
 
 namespace farhand {
 
@@ -20,6 +19,7 @@ struct LawMaker {
   MakeLaw make;
   std::size_t bytes;                   // of what it makes
   std::span<const LawSignal> signals;  // that it shows, at most kMostLawSignals
+  std::span<const LawBlock> blocks;    // of which it consists, beside four channels
 };
 
 struct Architecture {
@@ -33,6 +33,9 @@ std::span<const Architecture> architectures() noexcept;
 const Architecture* find_architecture(std::string_view name) noexcept;
 const Architecture& architecture(std::string_view name);
 
+const LawBlock* block_of(const LawMaker& law, std::string_view name) noexcept;  // or none
+// Whether a block of either side reads it. setting: path in a scene.
+bool reads(const Architecture& laws, std::string_view setting) noexcept;
 // Of either side; or none.
 const LawSignal* signal_of(const Architecture& laws, std::string_view name) noexcept;
 std::vector<std::string> names_of(std::span<const LawSignal> signals);

@@ -10,9 +10,23 @@
 
 namespace farhand {
 
+inline constexpr LawBlock kChooserBlock{
+    .name = "chooser",
+    .why = "plain four channels up to a round trip of 4 ms and 2 % loss, else the mediator, as measured",
+    .without = "one scheme whatever the network does",
+    .bytes = sizeof(Chooser),
+    .run = [](const LawParams& /*p*/, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
+      Chooser chooser(dt_s);
+      return sum_over(seen, [&](const LawInputs<1>& in) {
+        if (in.network != nullptr) chooser.step(*in.network, in.since.ticks);
+        return chooser.share();
+      });
+    }};
+
 template <int N>
 class Automatic final : public Law<N> {
  public:
+  static constexpr std::array kBlocks{kMediatorBlock, kChooserBlock};
   static constexpr std::array kSignals{
       ModelMediated<N>::kSignals[0],
       ModelMediated<N>::kSignals[1],

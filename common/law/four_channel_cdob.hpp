@@ -4,13 +4,31 @@
 
 #include "common/law/cdob.hpp"
 #include "common/law/law.hpp"
-#include "common/law/params.hpp"
+#include "common/law/row.hpp"
 
 namespace farhand {
+
+inline constexpr LawBlock kCdobBlock{
+    .name = "CDOB",
+    .why = "predicts the slave over the round trip",
+    .without = "the round trip stays uncompensated by an observer",
+    .bytes = sizeof(Cdob<1>),
+    .settings = {"control.g_net_rad_s", "control.local_model"},
+    .idle = Idle::kWithoutDelay,
+    .instead = "FOUR_CHANNEL",
+    .run = [](const LawParams& p, const FourChannelGains& K, double dt_s, std::span<const LawInputs<1>> seen) {
+      Cdob<1> cdob(K, p.g_net, p.local_model, dt_s);
+      return sum_over(seen, [&](const LawInputs<1>& in) {
+        cdob.step(in.local, in.received);
+        return cdob.x_cdob()[0];
+      });
+    }};
 
 template <int N>
 class FourChannelCdob final : public Law<N> {
  public:
+  static constexpr std::array kBlocks{kCdobBlock};
+
   FourChannelCdob(const LawParams& p, const FourChannelGains& K, double dt_s)
       : cdob_(K, p.g_net, p.local_model, dt_s) {}
 

@@ -6,16 +6,45 @@
 #include <optional>
 
 #include "common/law/cdob.hpp"
+#include "common/law/four_channel_cdob.hpp"
 #include "common/law/law.hpp"
-#include "common/law/params.hpp"
 #include "common/law/patient_thresholds.hpp"
+#include "common/law/row.hpp"
 #include "common/law/sdcv.hpp"
 
 namespace farhand {
 
+inline constexpr LawBlock kSdcvBlock{
+    .name = "SDCV",
+    .why = "takes the compensation back in contact",
+    .without = "nothing takes a compensation back in contact",
+    .bytes = sizeof(Sdcv<1>),
+    .settings = {"control.f_1_nm", "control.f_2_nm", "control.alpha_cutoff_rad_s"},
+    .idle = Idle::kWithoutContact,
+    .touch = "control.f_1_nm",
+    .instead = "FOUR_CHANNEL_CDOB",
+    .run = [](const LawParams& p, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
+      Sdcv<1> sdcv(p.sdcv, dt_s);
+      return sum_over(seen, [&](const LawInputs<1>& in) { return sdcv.step(in.received.f)[0]; });
+    }};
+
+inline constexpr LawBlock kPatientThresholdsBlock{
+    .name = "patient's thresholds",
+    .why = "names f_1 and f_2 of the patient's own hand, where control.sdcv_from_patient asks for it",
+    .without = "no thresholds of a compensation are named of the patient",
+    .bytes = sizeof(std::optional<PatientsThresholds<1>>),
+    .run = [](const LawParams& p, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
+      PatientsThresholds<1> patient = patients_thresholds<1>(p.sdcv, dt_s);
+      return sum_over(seen, [&](const LawInputs<1>& in) {
+        patient.front().step(in.received.x[0], in.received.f[0]);
+        return patient.front().f_2();
+      });
+    }};
+
 template <int N>
 class FourChannelCdobSdcv final : public Law<N> {
  public:
+  static constexpr std::array kBlocks{kCdobBlock, kSdcvBlock, kPatientThresholdsBlock};
   static constexpr std::array kSignals{
       LawSignal{"f_2_nm", "N m", "f_2 as named of the patient, in the master's size; 0 until it is"}};
 

@@ -9,14 +9,30 @@
 
 #include "common/law/energy_tank.hpp"
 #include "common/law/law.hpp"
-#include "common/law/params.hpp"
+#include "common/law/row.hpp"
 #include "common/signal/low_pass.hpp"
 
 namespace farhand {
 
+inline constexpr LawBlock kTankBlock{
+    .name = "energy tank",
+    .why = "gives no more than it holds",
+    .without = "no account is kept of energy by a tank",
+    .bytes = sizeof(EnergyTank),
+    .settings = {"control.tank_level_j", "control.tank_alpha_nms_per_rad_j", "control.tank_rate_per_s",
+                 "control.tank_B_fast_nms_per_rad"},
+    .run = [](const LawParams& p, const FourChannelGains& K, double dt_s, std::span<const LawInputs<1>> seen) {
+      EnergyTank tank(p.tank, kFastestDamper / K.K_f, dt_s);
+      return sum_over(seen, [&](const LawInputs<1>& in) {
+        tank.step((in.account.torque * in.account.moved).sum(), in.account.received, 1);
+        return tank.share() + tank.damping();
+      });
+    }};
+
 template <int N>
 class FourChannelTank final : public Law<N> {
  public:
+  static constexpr std::array kBlocks{kTankBlock};
   static constexpr std::array kSignals{LawSignal{"share", "1", "of the law's torque, what the tank allows"},
                                        LawSignal{"energy_j", "J", "in the tank"}};
 

@@ -87,12 +87,6 @@ struct Wish {
   }
 };
 
-// One thing that an architecture shows of itself, beside what every one does. What is not there is NaN.
-struct LawSignal {
-  std::string_view name;  // as in a recording: ends in its unit
-  std::string_view unit;
-  std::string_view meaning;
-};
 inline constexpr std::size_t kMostLawSignals = 8;
 
 // What a law shows of its first joint.
@@ -107,7 +101,7 @@ struct LawSignals {
 
   double x_cdob = 0.0;  // rad, what is followed beyond what was received, before alpha
   double alpha = 1.0;   // of that, what is used
-  Own own = nothing();  // in the order of kSignals of the law
+  Own own = nothing();  // in the order of its row
   // A sentence on what was decided last, made of own outside the tick, whenever decisions has grown; as snprintf.
   int decisions = 0;
   Remark remark = nullptr;

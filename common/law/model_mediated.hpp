@@ -3,13 +3,27 @@
 
 #include "common/law/law.hpp"
 #include "common/law/mediator.hpp"
-#include "common/law/params.hpp"
+#include "common/law/row.hpp"
 
 namespace farhand {
+
+inline constexpr LawBlock kMediatorBlock{
+    .name = "mediator",
+    .why = "what the patient's side touches is felt by a model of it; the network only teaches the model",
+    .without = "the slave is felt, not a model",
+    .bytes = sizeof(Mediator<1>),
+    .idle = Idle::kWithoutDelay,
+    .instead = "FOUR_CHANNEL",
+    .run = [](const LawParams& /*p*/, const FourChannelGains& K, double dt_s, std::span<const LawInputs<1>> seen) {
+      Mediator<1> mediator(K, dt_s);
+      if (!seen.empty()) mediator.reset(seen.front().received);
+      return sum_over(seen, [&](const LawInputs<1>& in) { return mediator.step(in.local, in.received).x[0]; });
+    }};
 
 template <int N>
 class ModelMediated final : public Law<N> {
  public:
+  static constexpr std::array kBlocks{kMediatorBlock};
   static constexpr std::array kSignals{
       LawSignal{"friction_nm", "N m", "friction of the peer's device, as named from its motion"},
       LawSignal{"k_rising_nm_per_rad", "N m/rad", "stiffness of what resists rising angles, as learnt"},

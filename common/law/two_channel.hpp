@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "common/law/law.hpp"
-#include "common/law/params.hpp"
+#include "common/law/row.hpp"
 
 namespace farhand {
 
@@ -47,9 +47,35 @@ class HeldTo {
   bool old_ = false;
 };
 
+inline constexpr LawBlock kHeldToBlock{
+    .name = "two channels",
+    .why = "held to where the slave was",
+    .without = "force is not what comes of positions alone",
+    .bytes = sizeof(TwoChannelParams) + sizeof(HeldTo<1>),
+    .settings = {"control.K_2_nm_per_rad", "control.B_2_nms_per_rad", "control.B_slave_nms_per_rad"},
+    .run = [](const LawParams& p, const FourChannelGains& /*K*/, double /*dt_s*/, std::span<const LawInputs<1>> seen) {
+      HeldTo<1> held;
+      return sum_over(seen, [&](const LawInputs<1>& in) {
+        return held.step(p.two_channel, in.local, in.received, in.since.silent_s)[0];
+      });
+    }};
+
+inline constexpr LawBlock kGivenTorqueBlock{
+    .name = "two channels",
+    .why = "gives the torque that holding took, less a damper",
+    .without = kHeldToBlock.without,
+    .bytes = sizeof(TwoChannelParams),
+    .settings = kHeldToBlock.settings,
+    .run = [](const LawParams& p, const FourChannelGains& /*K*/, double /*dt_s*/, std::span<const LawInputs<1>> seen) {
+      return sum_over(
+          seen, [&](const LawInputs<1>& in) { return -in.received.f[0] - p.two_channel.B_slave * in.local.v[0]; });
+    }};
+
 template <int N>
 class TwoChannelMaster final : public Law<N> {
  public:
+  static constexpr std::array kBlocks{kHeldToBlock};
+
   TwoChannelMaster(const LawParams& p, const FourChannelGains& /*K*/, double /*dt_s*/) : p_(p.two_channel) {}
 
   void start(const LawInputs<N>& /*in*/) noexcept override { F_.reset(); }
@@ -74,6 +100,8 @@ class TwoChannelMaster final : public Law<N> {
 template <int N>
 class TwoChannelSlave final : public Law<N> {
  public:
+  static constexpr std::array kBlocks{kGivenTorqueBlock};
+
   TwoChannelSlave(const LawParams& p, const FourChannelGains& /*K*/, double /*dt_s*/) : p_(p.two_channel) {}
 
   void start(const LawInputs<N>& /*in*/) noexcept override {}

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "common/law/law.hpp"
-#include "common/law/params.hpp"
 #include "common/law/passivity.hpp"
+#include "common/law/row.hpp"
 #include "common/law/two_channel.hpp"
 
 namespace farhand {
@@ -58,6 +58,19 @@ class AccountedPort {
   Joints<N> slack_ = Joints<N>::Zero();   // rad, of the play through which the axis moves the account
 };
 
+inline constexpr LawBlock kPortBlock{
+    .name = "PO/PC",
+    .why = "gives no more than the other side has taken in",
+    .without = "no observer counts what a port gives",
+    .bytes = sizeof(AccountedPort<1>),
+    .run = [](const LawParams& /*p*/, const FourChannelGains& K, double dt_s, std::span<const LawInputs<1>> seen) {
+      AccountedPort<1> port(K.K_f, dt_s);
+      return sum_over(seen, [&](const LawInputs<1>& in) {
+        port.keep(in.account);
+        return port.passive(in.account.torque, in.local).follow.f[0];
+      });
+    }};
+
 // What both sides have.
 template <int N>
 class TwoChannelPassivity : public Law<N> {
@@ -79,6 +92,8 @@ class TwoChannelPassivity : public Law<N> {
 template <int N>
 class PassiveMaster final : public TwoChannelPassivity<N> {
  public:
+  static constexpr std::array kBlocks{kHeldToBlock, kPortBlock};
+
   using TwoChannelPassivity<N>::TwoChannelPassivity;
 
   Wish<N> step(const LawInputs<N>& in) noexcept override {
@@ -102,6 +117,8 @@ class PassiveMaster final : public TwoChannelPassivity<N> {
 template <int N>
 class PassiveSlave final : public TwoChannelPassivity<N> {
  public:
+  static constexpr std::array kBlocks{kGivenTorqueBlock, kPortBlock};
+
   using TwoChannelPassivity<N>::TwoChannelPassivity;
 
   Wish<N> step(const LawInputs<N>& in) noexcept override {

@@ -3,14 +3,50 @@
 #pragma once
 
 #include "common/law/law.hpp"
-#include "common/law/params.hpp"
+#include "common/law/row.hpp"
 #include "common/law/wave_variables.hpp"
 
 namespace farhand {
 
+inline constexpr std::array<std::string_view, 5> kWaveSettings{
+    "control.wave_b_nms_per_rad", "control.wave_K_s_nm_per_rad", "control.wave_B_s_nms_per_rad",
+    "control.wave_matching", "control.wave_drift_per_s"};
+
+inline constexpr LawBlock kMasterWaveBlock{
+    .name = "wave",
+    .why = "power goes each way over a line of the impedance b",
+    .without = "no wave crosses the network",
+    .bytes = sizeof(MasterWave<1>) + sizeof(ReceivedWave<1>),
+    .settings = kWaveSettings,
+    .run = [](const LawParams& p, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
+      MasterWave<1> wave(p.wave);
+      ReceivedWave<1> received(dt_s);
+      return sum_over(seen, [&](const LawInputs<1>& in) {
+        wave.step(in.local.v, received.step(in.received.f, 1, false));
+        return wave.sent()[0];
+      });
+    }};
+
+inline constexpr LawBlock kSlaveWaveBlock{
+    .name = "wave",
+    .why = kMasterWaveBlock.why,
+    .without = kMasterWaveBlock.without,
+    .bytes = sizeof(SlaveWave<1>) + sizeof(ReceivedWave<1>),
+    .settings = kWaveSettings,
+    .run = [](const LawParams& p, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
+      SlaveWave<1> wave(p.wave, dt_s);
+      ReceivedWave<1> received(dt_s);
+      return sum_over(seen, [&](const LawInputs<1>& in) {
+        wave.step(in.local, received.step(in.received.f, 1, false), in.received.x, 1);
+        return wave.sent()[0];
+      });
+    }};
+
 template <int N>
 class WaveMaster final : public Law<N> {
  public:
+  static constexpr std::array kBlocks{kMasterWaveBlock};
+
   WaveMaster(const LawParams& p, const FourChannelGains& /*K*/, double dt_s)
       : wave_(p.wave), received_(dt_s), dt_s_(dt_s) {}
 
@@ -37,6 +73,8 @@ class WaveMaster final : public Law<N> {
 template <int N>
 class WaveSlave final : public Law<N> {
  public:
+  static constexpr std::array kBlocks{kSlaveWaveBlock};
+
   WaveSlave(const LawParams& p, const FourChannelGains& /*K*/, double dt_s)
       : wave_(p.wave, dt_s), received_(dt_s), dt_s_(dt_s) {}
 

@@ -1,12 +1,14 @@
 #include "netem/lab/explain.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <sstream>
 
 #include "common/config/scene_kind.hpp"
 #include "common/config/schema.hpp"
+#include "common/law/architectures.hpp"
 #include "netem/lab/explain_costs.hpp"
 #include "netem/lab/explain_plants.hpp"
 #include "netem/lab/explain_sizes.hpp"
@@ -30,13 +32,6 @@ struct Facts {
       : delay_s(s.network().forward().delay_s() + s.network().backward().delay_s()),
         jitter_s(std::max(jitter(s.network().forward()), jitter(s.network().backward()))),
         loss(std::max(s.network().forward().loss(), s.network().backward().loss())),
-        cdob(has_cdob(s)),
-        sdcv(has_sdcv(s)),
-        mediated(is_mediated(s)),
-        two_channel(is_two_channel(s) || has_passivity_controllers(s)),
-        wave(is_wave(s)),
-        tanks(has_tanks(s)),
-        passivity(has_passivity_controllers(s)),
         elastic(s.slave().device() == scene::SERIES_ELASTIC) {
     double at = 0;
     for (const scene::Movement& m : s.master().therapist().intended()) {
@@ -68,7 +63,7 @@ struct Facts {
   bool contact() const { return hand || wall; }
 
   double delay_s, jitter_s, loss;
-  bool cdob, sdcv, mediated, two_channel, wave, tanks, passivity, elastic;
+  bool elastic;
   bool hand_given = false, hand = false, wall_given = false, wall = false;
   double reach = 0;     // largest |angle| that the therapist intends, rad
   double touch_nm = 0;  // most that the hand can press back with there
@@ -81,7 +76,8 @@ class Builder {
 
   void build() {
     station(Place::kMaster, s_.master().axis(), false);
-    compensations();
+    laws();
+    sizes_of_sides();
     station(Place::kSlave, s_.slave().axis(), f_.elastic);
     link();
     device();
@@ -149,61 +145,75 @@ class Builder {
         "the peer's packets, put in order and shown at one steady delay");
   }
 
-  void compensations() {
+  // What the laws of both sides consist of, and what those of other architectures would.
+  void laws() {
+    const Architecture& own = architecture(scene::Architecture_Name(s_.architecture()));
+    std::vector<const LawBlock*> all;
+    for (const Architecture& row : architectures()) {
+      for (const LawMaker& side : {row.master, row.slave}) {
+        for (const LawBlock& block : side.blocks) {
+          if (std::ranges::none_of(all, [&](const LawBlock* known) { return known->name == block.name; }))
+            all.push_back(&block);
+        }
+      }
+    }
+    for (const auto& [place, law] : {std::pair{Place::kMaster, &own.master}, {Place::kSlave, &own.slave}}) {
+      for (const LawBlock* known : all) {
+        const std::string name(known->name);
+        if (const LawBlock* block = block_of(*law, known->name)) {
+          Block& there = has(place, BlockId::kLawBlock, name.c_str(), reason_of(*block));
+          there.needless = needless(*block);
+          there.bytes = block->bytes;
+        } else {
+          lacks(place, BlockId::kLawBlock, name.c_str(), why_not(place, *known));
+        }
+      }
+    }
+  }
+
+  std::string reason_of(const LawBlock& block) const {
+    std::string reason(block.why);
+    if (block.idle == Idle::kWithoutDelay && f_.delay_s > 0) reason += ": " + ms(f_.delay_s) + " round trip";
+    for (const std::string_view setting : block.settings) {
+      if (!setting.empty()) reason += say("; ", setting.substr(setting.rfind('.') + 1), " = ", value_text(s_, setting));
+    }
+    return reason;
+  }
+
+  std::string needless(const LawBlock& block) const {
+    const std::string out = say("; architecture ", block.instead, " leaves it out");
+    if (block.idle == Idle::kWithoutDelay && !(f_.delay_s > 0))
+      return "the network delays nothing (delay_s = 0 both ways)" + out;
+    if (block.idle != Idle::kWithoutContact) return "";
+    if (!f_.contact()) return "nothing to touch (no hand, no wall within reach)" + out;
+    if (block.touch.empty() || f_.wall) return "";
+    const std::string touch = value_text(s_, block.touch);
+    double touch_nm = 0.0;
+    std::from_chars(touch.data(), touch.data() + touch.size(), touch_nm);
+    if (f_.touch_nm > touch_nm) return "";
+    return say("the hand presses with at most ", f_.touch_nm, " N m at ", f_.reach, " rad, not above ", block.touch,
+               " = ", touch, " N m", out);
+  }
+
+  std::string why_not(Place place, const LawBlock& block) const {
+    const auto side = [&](const Architecture& row, bool here) -> const LawMaker& {
+      return (place == Place::kMaster) == here ? row.master : row.slave;
+    };
+    const auto has_it = [&](bool here) {
+      return std::ranges::any_of(
+          architectures(), [&](const Architecture& row) { return block_of(side(row, here), block.name) != nullptr; });
+    };
+    if (!has_it(true))
+      return place == Place::kSlave ? "stands on the therapist's side only" : "stands on the patient's side only";
+    if (block.idle == Idle::kWithoutDelay && !(f_.delay_s > 0))
+      return "no delay (delay_s = 0 both ways): there is nothing for it to do";
+    if (block.idle == Idle::kWithoutContact && !f_.contact())
+      return "nothing to touch (no hand, no wall within reach): there is nothing for it to do";
+    return say("architecture = ", scene::Architecture_Name(s_.architecture()), ": ", block.without);
+  }
+
+  void sizes_of_sides() {
     const scene::Control& c = s_.control();
-    if (f_.cdob) {
-      Block& cdob = has(Place::kMaster, BlockId::kCdob, "CDOB", "");
-      if (f_.delay_s > 0) {
-        cdob.reason = say(ms(f_.delay_s), " round trip: predicts the slave; g_net = ", c.g_net_rad_s(), " rad/s");
-      } else {
-        cdob.reason = say("architecture = ", scene::Architecture_Name(s_.architecture()));
-        cdob.needless =
-            "the network delays nothing (delay_s = 0 both ways), so the CDOB compensates nothing but its own "
-            "model's error; architecture FOUR_CHANNEL leaves it out";
-      }
-    } else {
-      lacks(Place::kMaster, BlockId::kCdob, "CDOB",
-            f_.mediated                 ? std::string("architecture = MODEL_MEDIATED: no loop crosses the network")
-            : f_.two_channel || f_.wave ? say("architecture = ", scene::Architecture_Name(s_.architecture()),
-                                              ": there is no model of the slave to observe it by")
-            : f_.delay_s > 0 ? say("architecture = FOUR_CHANNEL: ", ms(f_.delay_s), " round trip stay uncompensated")
-                             : std::string("no delay (delay_s = 0 both ways): there is nothing to compensate"));
-    }
-    if (f_.sdcv) {
-      Block& sdcv = has(Place::kMaster, BlockId::kSdcv, "SDCV",
-                        say("takes the compensation back in contact, between ", c.f_1_nm(), " and ", c.f_2_nm(), " N m",
-                            c.sdcv_from_patient() ? ", until the patient's own are named" : ""));
-      if (!f_.contact()) {
-        sdcv.needless =
-            "nothing to touch (no hand, no wall within reach): alpha has no reason to leave 1; architecture "
-            "FOUR_CHANNEL_CDOB leaves it out";
-      } else if (!f_.wall && f_.touch_nm <= c.f_1_nm()) {
-        sdcv.needless =
-            say("the hand presses with at most ", f_.touch_nm, " N m at ", f_.reach, " rad, below f_1 = ", c.f_1_nm(),
-                " N m: alpha stays 1; architecture FOUR_CHANNEL_CDOB leaves it out");
-      }
-    } else if (!f_.cdob) {
-      lacks(Place::kMaster, BlockId::kSdcv, "SDCV", "no CDOB whose compensation it could scale");
-    } else {
-      lacks(Place::kMaster, BlockId::kSdcv, "SDCV",
-            f_.contact()
-                ? say("architecture = FOUR_CHANNEL_CDOB: in contact the compensation stays in full")
-                : std::string("nothing to touch (no hand, no wall within reach): no contact to fade it out in"));
-    }
-    if (f_.mediated) {
-      Block& mediator = has(Place::kMaster, BlockId::kMediator, "mediator",
-                            say("what the patient's side touches is felt by a model of it; ", ms(f_.delay_s),
-                                " round trip only delay what the model learns"));
-      if (!(f_.delay_s > 0)) {
-        mediator.needless =
-            "the network delays nothing (delay_s = 0 both ways): the slave itself is there; architecture FOUR_CHANNEL "
-            "leaves it out";
-      }
-    } else {
-      lacks(Place::kMaster, BlockId::kMediator, "mediator",
-            say("architecture = ", scene::Architecture_Name(s_.architecture()), ": the slave is felt, not a model"));
-    }
-    lacks(Place::kSlave, BlockId::kMediator, "mediator", "stands on the therapist's side only");
     if (scale_of(s_).any()) {
       has(Place::kMaster, BlockId::kScale, "scale",
           say("the slave moves by ", c.position_scale(), " and is felt by ", c.force_scale()));
@@ -211,45 +221,6 @@ class Builder {
       lacks(Place::kMaster, BlockId::kScale, "scale", "position_scale = force_scale = 1: both sides are of one size");
     }
     lacks(Place::kSlave, BlockId::kScale, "scale", "stands on the therapist's side only");
-    for (const Place place : {Place::kMaster, Place::kSlave}) {
-      const std::string architecture = say("architecture = ", scene::Architecture_Name(s_.architecture()));
-      if (f_.two_channel) {
-        has(place, BlockId::kTwoChannel, "two channels",
-            place == Place::kMaster
-                ? say("held to where the slave was: K_2 = ", c.k_2_nm_per_rad(), ", B_2 = ", c.b_2_nms_per_rad())
-                : say("gives the torque that this took; damping ", c.b_slave_nms_per_rad(), " N m s/rad"));
-      } else {
-        lacks(place, BlockId::kTwoChannel, "two channels", architecture);
-      }
-      if (f_.wave) {
-        has(place, BlockId::kWave, "wave",
-            say("power goes each way over a line of b = ", c.wave_b_nms_per_rad(), " N m s/rad; ",
-                scene::WaveMatching_Name(c.wave_matching()), " matched"));
-      } else {
-        lacks(place, BlockId::kWave, "wave", architecture);
-      }
-      if (place == Place::kMaster && chooses(s_)) {
-        has(place, BlockId::kChooser, "chooser",
-            "plain four channels up to a round trip of 4 ms and 2 % loss, else the mediator, as measured");
-      } else {
-        lacks(place, BlockId::kChooser, "chooser",
-              chooses(s_) ? std::string("stands on the therapist's side only") : architecture);
-      }
-      if (f_.tanks) {
-        has(place, BlockId::kTank, "energy tank",
-            say("gives no more than it holds; ", c.tank_level_j(), " J lent, ",
-                place == Place::kMaster ? "filled by a damper" : "filled by the other side"));
-      } else {
-        lacks(place, BlockId::kTank, "energy tank", architecture);
-      }
-      if (f_.passivity) {
-        has(place, BlockId::kPassivity, "PO/PC", "gives no more than the other side has taken in");
-      } else {
-        lacks(place, BlockId::kPassivity, "PO/PC", architecture);
-      }
-    }
-    lacks(Place::kSlave, BlockId::kCdob, "CDOB", "stands on the therapist's side only");
-    lacks(Place::kSlave, BlockId::kSdcv, "SDCV", "stands on the therapist's side only");
   }
 
   void link() {

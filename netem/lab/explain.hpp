@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/config/load.hpp"
@@ -18,14 +19,7 @@ enum class BlockId : std::uint8_t {
   kWeight,
   kCoulomb,
   kLaw,
-  kCdob,
-  kSdcv,
-  kMediator,
-  kTwoChannel,
-  kWave,
-  kChooser,
-  kTank,
-  kPassivity,
+  kLawBlock,  // one of the law of a side, by its name
   kScale,
   kTorqueGate,
   kReferenceGate,
@@ -84,12 +78,20 @@ struct PlantChoice {
   std::string because;  // in words
 };
 
+// The object that an architecture is on one side.
+struct LawSize {
+  std::string_view name, source;
+  std::size_t bytes = 0, of_blocks = 0;
+  Cost cost{};
+};
+
 struct Explanation {
   std::string scene;
   std::vector<Block> blocks;
   std::vector<PlantChoice> plants;
   std::size_t master_station_bytes = 0, slave_station_bytes = 0;
   std::size_t master_side_bytes = 0, slave_side_bytes = 0;  // with the simulated device
+  LawSize master_law, slave_law;
   Cost master_station, slave_station, master_side, slave_side, run;
 };
 

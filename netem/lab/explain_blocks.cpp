@@ -1,14 +1,7 @@
 #include "netem/lab/explain_blocks.hpp"
 
 #include "common/law/acceleration_law.hpp"
-#include "common/law/cdob.hpp"
-#include "common/law/chooser.hpp"
-#include "common/law/energy_tank.hpp"
-#include "common/law/mediator.hpp"
-#include "common/law/passivity.hpp"
-#include "common/law/sdcv.hpp"
-#include "common/law/two_channel.hpp"
-#include "common/law/wave_variables.hpp"
+#include "common/law/architectures.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/signal/derivative.hpp"
 #include "common/station/blend.hpp"
@@ -26,6 +19,25 @@ Motion<1> local(const BlockInputs& in, std::size_t k) {
 Motion<1> remote(const BlockInputs& in, std::size_t k) {
   return motion(in.rows[k].remote_x_rad, in.rows[k].remote_v_rad_s, in.rows[k].remote_f_nm);
 }
+
+// What a side saw, as its law is told of it.
+struct SeenByLaw {
+  SeenByLaw(const BlockInputs& in, double dt_s) {
+    for (std::size_t k = 0; k < in.rows.size(); ++k) {
+      const StationSample& row = in.rows[k];
+      networks.push_back({.round_trip = row.rtt_s, .loss = 0.0});
+      LawInputs<1> inputs;
+      inputs.local = local(in, k);
+      inputs.received = remote(in, k);
+      inputs.engaged = true;
+      inputs.account = {.torque = Joints<1>(row.command_nm), .moved = Joints<1>(row.v_rad_s * dt_s), .engaged = true};
+      ticks.push_back(inputs);
+    }
+    for (std::size_t k = 0; k < ticks.size(); ++k) ticks[k].network = &networks[k];
+  }
+  std::vector<NetworkNow> networks;
+  std::vector<LawInputs<1>> ticks;
+};
 
 template <class Each>
 Cost each_tick(const BlockInputs& in, Each&& each) {
@@ -54,9 +66,31 @@ Cost part_of_rtob(const BlockInputs& in, const DriveParams& d, BlockId id) {
       in.rows.size(), [&] { through_rtob(in, with); }, [&] { through_rtob(in, without); });
 }
 
+const LawMaker& maker_of(const BlockInputs& in, const StationParams& p) {
+  const Architecture& laws = architecture(p.architecture);
+  return in.master ? laws.master : laws.slave;
+}
+
+Cost law_block(const std::string& name, const BlockInputs& in, const StationParams& p) {
+  const LawBlock* block = block_of(maker_of(in, p), name);
+  if (block == nullptr || block->run == nullptr) return {};
+  const DriveParams& d = p.control.drive;
+  const SeenByLaw seen(in, d.dt_s);
+  return measure(in.rows.size(), [&] { keep(block->run(p.control.law, d.K, d.dt_s, seen.ticks)); });
+}
+
 }  // namespace
 
-Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
+Cost cost_of_law(const BlockInputs& in, const StationParams& p) {
+  const DriveParams& d = p.control.drive;
+  const auto law = maker_of(in, p).make(p.control.law, d.K, d.dt_s);
+  const SeenByLaw seen(in, d.dt_s);
+  if (!seen.ticks.empty()) law->start(seen.ticks.front());
+  return each_tick(in, [&](std::size_t k) { keep(law->step(seen.ticks[k])); });
+}
+
+Cost cost_of_block(const Block& block, const BlockInputs& in, const StationParams& p) {
+  const BlockId id = block.id;
   const DriveParams& d = p.control.drive;
   switch (id) {
     case BlockId::kVelocity: {
@@ -75,68 +109,13 @@ Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& p) {
       return part_of_rtob(in, d, id);
     case BlockId::kLaw:
       return each_tick(in, [&](std::size_t k) { keep(four_channel(d.K, local(in, k), remote(in, k))); });
-    case BlockId::kCdob: {
-      Cdob<1> cdob(d.K, p.control.law.g_net, p.control.law.local_model, d.dt_s);
-      return each_tick(in, [&](std::size_t k) {
-        cdob.step(local(in, k), remote(in, k));
-        keep(cdob);
-      });
-    }
-    case BlockId::kSdcv: {
-      Sdcv<1> sdcv(p.control.law.sdcv, d.dt_s);
-      return each_tick(in, [&](std::size_t k) { keep(sdcv.step(Joints<1>(in.rows[k].remote_f_nm))); });
-    }
-    case BlockId::kMediator: {
-      Mediator<1> mediator(d.K, d.dt_s);
-      mediator.reset(remote(in, 0));
-      return each_tick(in, [&](std::size_t k) { keep(mediator.step(local(in, k), remote(in, k))); });
-    }
+    case BlockId::kLawBlock:
+      return law_block(block.name, in, p);
     case BlockId::kScale:
       return each_tick(in, [&](std::size_t k) {
         const Motion<1> peer = remote(in, k);
         keep(Motion<1>{peer.x / p.scale.position, peer.v / p.scale.position, peer.f * p.scale.force});
       });
-    case BlockId::kTwoChannel:
-      return each_tick(in,
-                       [&](std::size_t k) { keep(held_to(p.control.law.two_channel, local(in, k), remote(in, k))); });
-    case BlockId::kWave: {
-      ReceivedWave<1> received(d.dt_s);
-      if (p.role == Role::kLeader) {
-        MasterWave<1> wave(p.control.law.wave);
-        return each_tick(in, [&](std::size_t k) {
-          wave.step(local(in, k).v, received.step(remote(in, k).f, 1, false));
-          keep(wave.sent());
-        });
-      }
-      SlaveWave<1> wave(p.control.law.wave, d.dt_s);
-      return each_tick(in, [&](std::size_t k) {
-        wave.step(local(in, k), received.step(remote(in, k).f, 1, false), remote(in, k).x, 1);
-        keep(wave.sent());
-      });
-    }
-    case BlockId::kChooser: {
-      Chooser chooser(d.dt_s);
-      return each_tick(in, [&](std::size_t k) {
-        chooser.step({.round_trip = in.rows[k].rtt_s, .loss = 0.0}, 1);
-        keep(chooser.share());
-      });
-    }
-    case BlockId::kTank: {
-      EnergyTank tank(p.control.law.tank, kFastestDamper / d.K.K_f, d.dt_s);
-      return each_tick(in, [&](std::size_t k) {
-        tank.step(in.rows[k].command_nm * in.rows[k].v_rad_s * d.dt_s, 0.0, 1);
-        keep(tank.share() + tank.damping());
-      });
-    }
-    case BlockId::kPassivity: {
-      PortPassivity port(kFastestDamper / d.K.K_f, d.dt_s);
-      return each_tick(in, [&](std::size_t k) {
-        const double power = in.rows[k].command_nm * in.rows[k].v_rad_s;
-        port.step(power * d.dt_s, 0.0, 0.0);
-        port.decide(power);
-        keep(port.share() + port.damping());
-      });
-    }
     case BlockId::kTorqueGate: {
       TorqueGate<1> gate(d.gate, d.dt_s);
       return each_tick(

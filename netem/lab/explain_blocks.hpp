@@ -18,6 +18,8 @@ struct BlockInputs {
 };
 
 // Nothing for what is no block inside a station, or only a value in another block.
-Cost cost_of_block(BlockId id, const BlockInputs& in, const StationParams& params);
+Cost cost_of_block(const Block& block, const BlockInputs& in, const StationParams& params);
+// The whole law of a side, through its face.
+Cost cost_of_law(const BlockInputs& in, const StationParams& params);
 
 }  // namespace farhand

@@ -44,6 +44,8 @@ class Meter {
     for (Block& block : to.blocks) {
       if (block.contained) block.cost = of(block);
     }
+    to.master_law.cost = cost_of_law(master_, params(master_));
+    to.slave_law.cost = cost_of_law(slave_, params(slave_));
     to.master_station = station<DirectIo<1>>(master_);
     to.slave_station = elastic() ? station<ReferenceIo<1>>(slave_) : station<DirectIo<1>>(slave_);
     whole(to);
@@ -76,7 +78,7 @@ class Meter {
       case BlockId::kPlantWeight:
         return world(block);
       default:
-        return cost_of_block(block.id, in, p);
+        return cost_of_block(block, in, p);
     }
   }
 

@@ -3,13 +3,6 @@
 #include "common/config/station_params.hpp"
 #include "common/device/mcu_axis.hpp"
 #include "common/device/simulated_axis.hpp"
-#include "common/law/cdob.hpp"
-#include "common/law/chooser.hpp"
-#include "common/law/energy_tank.hpp"
-#include "common/law/mediator.hpp"
-#include "common/law/passivity.hpp"
-#include "common/law/sdcv.hpp"
-#include "common/law/wave_variables.hpp"
 #include "common/link/codec.hpp"
 #include "common/observer/rtob.hpp"
 #include "common/runtime/side_of.hpp"
@@ -31,6 +24,12 @@ void station_sizes(const StationParams& params, std::size_t& station, std::size_
   side = sizeof(SideOf<Axis>) + made.bytes_beside();
 }
 
+LawSize size_of(const Architecture& laws, const LawMaker& law) {
+  LawSize size{.name = laws.name, .source = laws.source, .bytes = law.bytes};
+  for (const LawBlock& block : law.blocks) size.of_blocks += block.bytes;
+  return size;
+}
+
 std::size_t size_of(const Block& block) {
   switch (block.id) {
     case BlockId::kVelocity:
@@ -41,24 +40,8 @@ std::size_t size_of(const Block& block) {
       return sizeof(Rtob<1>);
     case BlockId::kLaw:
       return sizeof(FourChannelGains);
-    case BlockId::kCdob:
-      return sizeof(Cdob<1>);
-    case BlockId::kSdcv:
-      return sizeof(Sdcv<1>);
-    case BlockId::kMediator:
-      return sizeof(Mediator<1>);
     case BlockId::kScale:
       return sizeof(Scale);
-    case BlockId::kTwoChannel:
-      return sizeof(TwoChannelParams);
-    case BlockId::kWave:
-      return (block.place == Place::kMaster ? sizeof(MasterWave<1>) : sizeof(SlaveWave<1>)) + sizeof(ReceivedWave<1>);
-    case BlockId::kChooser:
-      return sizeof(Chooser);
-    case BlockId::kTank:
-      return sizeof(EnergyTank);
-    case BlockId::kPassivity:
-      return sizeof(PortPassivity);
     case BlockId::kTorqueGate:
       return sizeof(TorqueGate<1>);
     case BlockId::kReferenceGate:
@@ -94,6 +77,9 @@ void add_sizes(const scene::Scene& scene, Explanation& to) {
   for (Block& block : to.blocks) {
     if (block.contained && block.bytes == 0) block.bytes = size_of(block);
   }
+  const Architecture& laws = architecture(scene::Architecture_Name(scene.architecture()));
+  to.master_law = size_of(laws, laws.master);
+  to.slave_law = size_of(laws, laws.slave);
   station_sizes<SimulatedAxis<MasterWorld>>(master_station_params(scene, kMasterSession), to.master_station_bytes,
                                             to.master_side_bytes);
   const StationParams slave = slave_station_params(scene, kSlaveSession);

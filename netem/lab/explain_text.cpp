@@ -37,6 +37,13 @@ Json json_of(std::size_t bytes, const Cost& cost) {
   return Json::object({{"bytes", bytes}, {"wall_clock", json_of(cost)}});
 }
 
+Json json_of(const LawSize& law) {
+  return Json::object({{"architecture", std::string(law.name)},
+                       {"bytes", law.bytes},
+                       {"bytes_of_blocks", law.of_blocks},
+                       {"wall_clock", json_of(law.cost)}});
+}
+
 }  // namespace
 
 void print_explanation(const Explanation& e, std::ostream& out) {
@@ -46,6 +53,13 @@ void print_explanation(const Explanation& e, std::ostream& out) {
     if (block.contained) row(out, name_of(block.place), block.name, block.cost, block.bytes, block.reason);
   }
   out << "\nAltogether\n";
+  const auto law = [&out](const char* name, const LawSize& size) {
+    row(out, "", name, size.cost, size.bytes,
+        std::string(size.name) + ", " + std::string(size.source) + "; its blocks " + std::to_string(size.of_blocks) +
+            " bytes");
+  };
+  law("law of the master", e.master_law);
+  law("law of the slave", e.slave_law);
   total(out, "station of the master", e.master_station, e.master_station_bytes, "receives, ticks, sends");
   total(out, "station of the slave", e.slave_station, e.slave_station_bytes, "receives, ticks, sends");
   total(out, "master with its world", e.master_side, e.master_side_bytes,
@@ -102,6 +116,8 @@ std::string json_text(const Explanation& e) {
                                  {"blocks", blocks},
                                  {"integrators", plants},
                                  {"warnings", warnings},
+                                 {"master_law", json_of(e.master_law)},
+                                 {"slave_law", json_of(e.slave_law)},
                                  {"master_station", json_of(e.master_station_bytes, e.master_station)},
                                  {"slave_station", json_of(e.slave_station_bytes, e.slave_station)},
                                  {"master_side", json_of(e.master_side_bytes, e.master_side)},
