@@ -4,7 +4,9 @@
 #include <unistd.h>
 
 #include "common/record/sample_codec.hpp"
+#include "common/runtime/act_sources.hpp"
 #include "common/runtime/station_loop.hpp"
+#include "common/runtime/tick_watchers.hpp"
 
 namespace farhand {
 namespace {
@@ -51,10 +53,13 @@ struct Flooded {
   int silent = ::open("/dev/null", O_RDONLY);
   OperatorInput nobody{silent};
   LiveStatusPrinter status{true};
-  OperatorTimeline timeline{loaded.scene, Role::kLeader};
+  OperatorsWords words{nobody};
+  ScenesPeople people{loaded.scene, Role::kLeader};
+  StatusWatcher line{status, Role::kLeader};
+  std::array<ActSource*, 2> acts{&words, &people};
+  std::array<TickWatcher*, 1> watchers{&line};
   FloodedLink link;
-  StationLoop loop{
-      *side, Role::kLeader, 60, {.link = &link, .status = &status, .operator_input = &nobody, .timeline = &timeline}};
+  StationLoop loop{*side, 60, {.link = &link, .acts = acts, .watchers = watchers}};
 
   ~Flooded() { ::close(silent); }
   void tick(int count) {

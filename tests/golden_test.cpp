@@ -44,6 +44,20 @@ std::string excerpt(const std::string& csv) {
   return out.str();
 }
 
+// The columns that stood first when a file was made; what has come since stands behind them.
+std::string first_columns(const std::string& csv, const std::string& of_file) {
+  const auto header = std::string_view(of_file).substr(0, of_file.find('\n'));
+  const auto columns = std::count(header.begin(), header.end(), ',') + 1;
+  std::istringstream in(csv);
+  std::ostringstream out;
+  for (std::string line; std::getline(in, line);) {
+    std::size_t end = 0;
+    for (auto k = columns; k > 0 && end != std::string::npos; --k) end = line.find(',', end + (k < columns ? 1 : 0));
+    out << line.substr(0, end) << '\n';
+  }
+  return out.str();
+}
+
 // Text that must be equal, but for numbers, which may differ by `relative` of themselves or by `absolute`.
 void expect_close(const std::string& now, const std::string& then, double relative, double absolute) {
   std::istringstream a(now), b(then);
@@ -87,7 +101,8 @@ TEST_P(Golden, EveryBuildComputesTheSameNumbers) {
   std::string base = FARHAND_GOLDEN;
   base.append("/").append(GetParam());
   expect_close(now.json, read(base + ".json"), 1.0001e-5, 1e-12);
-  expect_close(excerpt(now.csv), read(base + ".csv"), 0.0, 1e-9);
+  const std::string then = read(base + ".csv");
+  expect_close(first_columns(excerpt(now.csv), then), then, 0.0, 1e-9);
 }
 
 }  // namespace

@@ -54,7 +54,4 @@ class PacketCodec {
   Bytes structure_{};  // 0xFF where a byte is tag or length
 };
 
-extern template class PacketCodec<1>;
-extern template class PacketCodec<2>;
-
 }  // namespace farhand

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <optional>
+#include <vector>
 
 #include "common/record/sample.hpp"
+#include "common/runtime/act_sources.hpp"
 #include "common/runtime/program.hpp"
+#include "common/runtime/tick_watchers.hpp"
 
 namespace farhand {
 namespace {
@@ -15,16 +17,10 @@ namespace {
 constexpr int kDatagramsPerTick = 256;  // a flood is answered by dropping the rest until the next tick
 constexpr int kTicksToRest = 300;
 
-// Datagrams that came and were not taken, for whatever reason.
-std::uint64_t dropped(const StationCounters& c) noexcept {
-  return c.duplicate + c.rejected_checksum + c.rejected_format + c.rejected_session + c.rejected_expired +
-         c.rejected_not_finite + c.rejected_foreign + c.dropped_too_long + c.dropped_by_kernel + c.dropped_handshake;
-}
-
 }  // namespace
 
-StationLoop::StationLoop(Side& side, Role role, double duration_s, const StationPorts& ports)
-    : side_(side), role_(role), duration_s_(duration_s), ports_(ports), codec_(side.carries_energy()) {}
+StationLoop::StationLoop(Side& side, double duration_s, const StationPorts& ports)
+    : side_(side), duration_s_(duration_s), ports_(ports), codec_(side.carries_energy()) {}
 
 bool StationLoop::operator()(const TickTime& time) noexcept {
   const double t_s = to_seconds(time.elapsed_ns);
@@ -35,11 +31,11 @@ bool StationLoop::operator()(const TickTime& time) noexcept {
   // The tick belongs to its deadline: readings, play-out and stamps then keep even steps however late the thread
   // woke.
   const int ticks = 1 + static_cast<int>(std::min<std::uint64_t>(time.missed, 1'000'000));
-  const OperatorAct act = next_act(time, t_s);
-  const Packet<1> packet = side_.tick(time.deadline_ns, t_s, act, ticks);
+  const Asked asked = next_act(time, t_s);
+  const Packet<1> packet = side_.tick(time.deadline_ns, t_s, asked.act, ticks);
   if (ports_.link->send(codec_.encode(packet))) ++sent_;
-  record(time, t_s, act);
-  show(t_s);
+  const StationCounters totals = counted();
+  for (TickWatcher* watcher : ports_.watchers) watcher->ticked({time, t_s, side_, asked, totals});
   return !(stopping_ && ++stopping_ticks_ > kTicksToRest);
 }
 
@@ -60,58 +56,15 @@ void StationLoop::receive(Nanoseconds now) noexcept {
   }
 }
 
-// The patient's stop comes before whatever else was asked for.
-OperatorAct StationLoop::next_act(const TickTime& time, double t_s) noexcept {
-  was_pressed_ = pressed_;
-  pressed_ = ports_.stop_input != nullptr && ports_.stop_input->pressed();
-  was_suspending_ = suspending_;
-  suspending_ = time.suspending;
-  const std::optional<OperatorAct> asked = ports_.operator_input->poll(time.now_ns);
-  if (stopping_ || pressed_ || suspending_) return OperatorAct::kStop;
-  if (asked) return *asked;
-  return ports_.timeline->next(t_s, both_ready(side_, time.deadline_ns));
-}
-
-void StationLoop::record(const TickTime& time, double t_s, OperatorAct act) noexcept {
-  if (ports_.recorder == nullptr) return;
-  ports_.recorder->push(time.deadline_ns, sample_of(side_.trace(), side_.receiver(), side_.truth(), t_s));
-  const auto told = [&](std::string_view sentence) { ports_.recorder->note(time.deadline_ns, sentence); };
-  if (pressed_ && !was_pressed_)
-    told(ports_.stop_input->broken() ? "patient's stop: its input has ended" : "patient's stop: pressed");
-  if (suspending_ && !was_suspending_) told("operator: suspends the program");
-  const bool asked = !stopping_ && !pressed_ && !suspending_;  // else the act is the loop's own
-  journal_.step(t_s, side_.trace(), asked ? act : OperatorAct::kNone, why_of(side_), told);
-}
-
-void StationLoop::show(double t_s) noexcept {
-  if (ports_.status == nullptr) return;
-  const auto& trace = side_.trace();
-  const ReceiverCounters& counters = side_.receiver().counters();
-  const bool leader = role_ == Role::kLeader;
-  const double unknown = std::numeric_limits<double>::quiet_NaN();
-  LiveStatus s;
-  s.t_s = t_s;
-  s.state = trace.state;
-  s.x_m_rad = leader ? trace.local.x[0] : trace.remote.x[0];
-  s.x_s_rad = leader ? trace.remote.x[0] : trace.local.x[0];
-  s.f_m_nm = leader ? trace.local.f[0] : trace.remote.f[0];
-  s.f_s_nm = leader ? trace.remote.f[0] : trace.local.f[0];
-  s.rtt_s = trace.rtt > 0 ? to_seconds(trace.rtt) : unknown;
-  const double expected = static_cast<double>(counters.received + counters.lost);
-  s.loss_share = expected > 0 ? static_cast<double>(counters.lost) / expected : unknown;
-  const std::uint32_t peer_limits = side_.receiver().newest().limits;
-  s.therapist_limits = leader ? trace.limits : peer_limits;
-  s.patient_limits = leader ? peer_limits : trace.limits;
-  const StationCounters totals = counted();
-  s.dropped = dropped(totals);
-  s.unsent = totals.send_failed;
-  s.cut = totals.cut_ticks;
-  const SerialCounters serial = side_.serial_counters();
-  s.line_s = serial.age_s > 0 ? serial.age_s : unknown;
-  s.line_lags = serial.warns;
-  s.line_blind = serial.blind;
-  s.line_slow = trace.reason == Reason::kLineSlow;
-  ports_.status->show(s);
+// A loop that comes to its end stops, whoever asks for what.
+Asked StationLoop::next_act(const TickTime& time, double t_s) noexcept {
+  Asked heard;
+  for (ActSource* source : ports_.acts) {
+    const bool taken = stopping_ || heard.act != OperatorAct::kNone;
+    const Asked asked = source->next(time, t_s, side_, taken);
+    if (!taken) heard = asked;
+  }
+  return stopping_ ? Asked{OperatorAct::kStop, ""} : heard;
 }
 
 StationCounters StationLoop::counters(const RunStats& stats) const noexcept {
@@ -214,18 +167,23 @@ int run_station(const StationSession& session) {
   const char* role = session.role == Role::kLeader ? "master" : "slave";
   const scene::Scene& scene = session.scene.scene;
   const std::unique_ptr<Recorder> recorder = start_recorder(session.record, session.scene, role);
-  OperatorTimeline timeline(scene, session.role);
+  ScenesPeople people(scene, session.role);
+  OperatorsWords words(session.operator_input);
+  StopToSuspend suspend;
+  std::optional<PatientsStop> stop;
+  if (session.stop_input != nullptr) stop.emplace(*session.stop_input);
+  std::vector<ActSource*> acts{&suspend, &words, &people};
+  if (stop) acts.insert(acts.begin(), &*stop);
   RunStats stats;
   StationCounters counters;
   {
-    LiveStatusPrinter status(session.quiet);
-    StationLoop loop(session.side, session.role, scene.duration_s(),
-                     {.link = &session.link,
-                      .recorder = recorder.get(),
-                      .status = &status,
-                      .operator_input = &session.operator_input,
-                      .timeline = &timeline,
-                      .stop_input = session.stop_input});
+    LiveStatusPrinter printer(session.quiet);
+    StatusWatcher status(printer, session.role);
+    std::optional<RecordingWatcher> recording;
+    if (recorder) recording.emplace(*recorder);
+    std::vector<TickWatcher*> watchers{&status};
+    if (recording) watchers.push_back(&*recording);
+    StationLoop loop(session.side, scene.duration_s(), {.link = &session.link, .acts = acts, .watchers = watchers});
     LoopParams params = loop_params(scene, from_seconds(scene.tick_s()), session.stop);
     params.suspend = &session.suspend;
     stats = run(params, loop);

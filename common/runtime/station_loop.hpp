@@ -7,33 +7,17 @@
 #include <string>
 
 #include "common/config/load.hpp"
-#include "common/config/operator_timeline.hpp"
 #include "common/link/codec.hpp"
-#include "common/record/recorder.hpp"
-#include "common/runtime/live_status.hpp"
 #include "common/runtime/operator_input.hpp"
-#include "common/runtime/peer_link.hpp"
-#include "common/runtime/run_loop.hpp"
-#include "common/runtime/side.hpp"
+#include "common/runtime/station_ports.hpp"
 #include "common/runtime/stop_input.hpp"
-#include "common/station/journal.hpp"
 
 namespace farhand {
-
-// What a station talks to. Recorder and stop input may be absent.
-struct StationPorts {
-  PeerLink* link = nullptr;
-  Recorder* recorder = nullptr;
-  LiveStatusPrinter* status = nullptr;
-  OperatorInput* operator_input = nullptr;
-  OperatorTimeline* timeline = nullptr;  // what the scene's people do on this side
-  StopInput* stop_input = nullptr;       // the patient's: the slave's only
-};
 
 class StationLoop {
  public:
   // duration_s counts from the peer's first packet, or from the start while there was none.
-  StationLoop(Side& side, Role role, double duration_s, const StationPorts& ports);
+  StationLoop(Side& side, double duration_s, const StationPorts& ports);
 
   bool operator()(const TickTime& time) noexcept;
 
@@ -43,12 +27,9 @@ class StationLoop {
  private:
   StationCounters counted() const noexcept;  // all but what the loop's schedule counts
   void receive(Nanoseconds now) noexcept;
-  OperatorAct next_act(const TickTime& time, double t_s) noexcept;
-  void record(const TickTime& time, double t_s, OperatorAct act) noexcept;
-  void show(double t_s) noexcept;
+  Asked next_act(const TickTime& time, double t_s) noexcept;
 
   Side& side_;
-  Role role_;
   double duration_s_;
   StationPorts ports_;
   PacketCodec<1> codec_;
@@ -56,10 +37,7 @@ class StationLoop {
   std::uint64_t sent_ = 0;
   double first_heard_s_ = 0.0;
   bool stopping_ = false;
-  bool suspending_ = false, was_suspending_ = false;  // in this tick and in the one before
-  bool pressed_ = false, was_pressed_ = false;        // the patient's stop, in this tick and in the one before
   int stopping_ticks_ = 0;
-  Journal journal_;
 };
 
 // What the main of a station has made, and how its user wants it run.

@@ -15,10 +15,13 @@ namespace farhand {
 
 class Journal {
  public:
-  // After each tick. why: it is in its state. told(sentence): for each one; it is gone with the call.
+  // After each tick. said: how it was asked for; none: by the act's name; empty: that was told before. why: it is in
+  // its state. told(sentence): for each one; it is gone with the call.
   template <class Told>
-  void step(double t_s, const TickTrace<1>& trace, OperatorAct act, const char* why, const Told& told) noexcept {
-    if (act != OperatorAct::kNone) told(worded("operator: %s", name_of(act)));
+  void step(double t_s, const TickTrace<1>& trace, OperatorAct act, const char* said, const char* why,
+            const Told& told) noexcept {
+    if (act != OperatorAct::kNone && said == nullptr) told(worded("operator: %s", name_of(act)));
+    if (said != nullptr && *said != '\0') told(std::string_view(said));
     if (!std::exchange(begun_, true) || trace.state != state_) {
       told(worded("%s: %s", name_of(trace.state), why));
       if (trace.reason == Reason::kAnotherAxis) told(std::string_view(name_of(trace.misfit)));

@@ -179,7 +179,7 @@ class Keeper final : public Witness {
     std::vector<StationSample>& rows = master ? session.master : session.slave;
     const char* who = master ? "master" : "slave";
     (master ? master_journal_ : slave_journal_)
-        .step(t_s, side.trace(), act, why_of(side), [&](std::string_view sentence) {
+        .step(t_s, side.trace(), act, nullptr, why_of(side), [&](std::string_view sentence) {
           session.events.push_back({t_s, who, std::string(sentence)});
         });
     rows.push_back(sample_of(side.trace(), side.receiver(), side.truth(), t_s));

@@ -12,6 +12,7 @@
 
 #include "common/config/station_params.hpp"
 #include "common/device/mcu_axis.hpp"
+#include "common/runtime/act_sources.hpp"
 #include "common/runtime/side_of.hpp"
 #include "common/runtime/station_loop.hpp"
 #include "slave/emulator_params.hpp"
@@ -199,12 +200,12 @@ class Box {
 
   OperatorInput keys_{keys.fd[0]};
   StopInput pedal_{"fd:" + std::to_string(pedal.fd[0])};
-  OperatorTimeline timeline_{the_scene().scene, Role::kFollower};
+  PatientsStop stop_{pedal_};
+  OperatorsWords words_{keys_};
+  ScenesPeople people_{the_scene().scene, Role::kFollower};
+  std::array<ActSource*, 3> acts_{&stop_, &words_, &people_};
   PacketCodec<1> codec_;
-  StationLoop loop_{*side,
-                    Role::kFollower,
-                    1e6,
-                    {.link = &inbox, .operator_input = &keys_, .timeline = &timeline_, .stop_input = &pedal_}};
+  StationLoop loop_{*side, 1e6, {.link = &inbox, .acts = acts_, .watchers = {}}};
   Nanoseconds clock_ = 77 * kSecond;  // the therapist's, ahead of ours
   Nanoseconds engaged_at_ = 0;
   double x_ = 0;
