@@ -209,25 +209,24 @@ class Story : public testing::Test {
   double took_s_ = 0;
 };
 
-// Everything is lost for a while, from 5 s after the first packet on.
+// Everything is lost for a while, from when both are at work: another link takes the place of the one that carried.
 class Outage : public Story {
  protected:
   void lose_everything_for(int seconds) {
-    std::vector<std::string> sets;
-    for (const std::string way : {"network.forward", "network.backward"}) {
-      sets.push_back(way + ".cut_from_s=5");
-      sets.push_back(way + ".cut_until_s=" + std::to_string(5 + seconds));
-    }
-    begin(sets);
+    begin();
     if (HasFatalFailure()) return;
-    const Nanoseconds outage = seconds * kSecond - 100 * kMillisecond;  // less the time of flight
+    session_->kill(Program::kNetem);
+    session_->start(Program::kNetem, {"network.forward.loss=1", "network.backward.loss=1"});
+    EXPECT_TRUE(comes_to_say(Program::kMaster, "holding: peer silent"));
+    EXPECT_TRUE(comes_to_say(Program::kSlave, "holding: peer silent"));
     EXPECT_TRUE(comes_true([&] {
-      return longest_silence(session_->recorded(Program::kMaster).master) > outage &&
-             longest_silence(session_->recorded(Program::kSlave).slave) > outage;
+      return longest_silence(session_->recorded(Program::kMaster).master) > seconds * kSecond &&
+             longest_silence(session_->recorded(Program::kSlave).slave) > seconds * kSecond;
     }));
-    EXPECT_TRUE(says(session_->recorded(Program::kMaster), "holding: peer silent"));
-    EXPECT_TRUE(says(session_->recorded(Program::kSlave), "holding: peer silent"));
     for (const Program program : kPrograms) EXPECT_TRUE((*session_)[program].running()) << role_of(program);
+    EXPECT_GT(session_->recorded(Program::kNetem).link.size(), 100u);  // they went on speaking
+    session_->kill(Program::kNetem);
+    session_->start(Program::kNetem);
     expect_back_at_work();
     expect_good_end();
   }

@@ -61,6 +61,8 @@ class CheckRooms(unittest.TestCase):
         self.assert_accepted("common/law/a.hpp", "// A drive, a Station\nWish<1> wish;\n")
         self.assert_refused("common/station/a.hpp", '#include "common/law/wave.hpp"\n', 1, "common/law/wave.hpp")
         self.assert_accepted("common/station/a.hpp", '#include "common/law/law.hpp"\n')
+        self.assert_refused("common/station/a.hpp", "Cdob<1> cdob;\n", 1, "names Cdob, but a station knows no architecture")
+        self.assert_accepted("common/station/a.hpp", "FourChannelGains K;  // after a Mediator\n")
         self.assert_refused("common/law/a.hpp", "#include <memory>\n", 1, "<memory>")
         self.assert_accepted("common/law/architectures.hpp", "#include <memory>\n")
 

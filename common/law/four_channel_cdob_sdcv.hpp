@@ -30,9 +30,10 @@ inline constexpr LawBlock kSdcvBlock{
 
 inline constexpr LawBlock kPatientThresholdsBlock{
     .name = "patient's thresholds",
-    .why = "names f_1 and f_2 of the patient's own hand, where control.sdcv_from_patient asks for it",
+    .why = "names f_1 and f_2 of the patient's own hand",
     .without = "no thresholds of a compensation are named of the patient",
     .bytes = sizeof(std::optional<PatientsThresholds<1>>),
+    .asked_by = "control.sdcv_from_patient",
     .run = [](const LawParams& p, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
       PatientsThresholds<1> patient = patients_thresholds<1>(p.sdcv, dt_s);
       return sum_over(seen, [&](const LawInputs<1>& in) {

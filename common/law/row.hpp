@@ -29,6 +29,7 @@ struct LawBlock {
   std::string_view without;  // what is so where it is not
   std::size_t bytes;
   std::array<std::string_view, 5> settings{};  // of a scene, read by nothing else: paths
+  std::string_view asked_by = {};  // the setting, yes or no, by which a scene asks for it; else it is always there
   Idle idle = Idle::kNever;
   std::string_view touch = {};    // kWithoutContact: the setting of the torque, N m, below which it has nothing to do
   std::string_view instead = {};  // the architecture without it

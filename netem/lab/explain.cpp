@@ -160,7 +160,10 @@ class Builder {
     for (const auto& [place, law] : {std::pair{Place::kMaster, &own.master}, {Place::kSlave, &own.slave}}) {
       for (const LawBlock* known : all) {
         const std::string name(known->name);
-        if (const LawBlock* block = block_of(*law, known->name)) {
+        const LawBlock* block = block_of(*law, known->name);
+        if (block != nullptr && !block->asked_by.empty() && value_text(s_, block->asked_by) != "true") {
+          lacks(place, BlockId::kLawBlock, name.c_str(), say(block->asked_by, " = false"));
+        } else if (block != nullptr) {
           Block& there = has(place, BlockId::kLawBlock, name.c_str(), reason_of(*block));
           there.needless = needless(*block);
           there.bytes = block->bytes;

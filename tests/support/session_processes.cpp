@@ -76,7 +76,7 @@ bool holds_a_terminal(pid_t pid) {
 
 }  // namespace
 
-void SessionProcesses::start(Program program) {
+void SessionProcesses::start(Program program, const std::vector<std::string>& sets) {
   ++starts_[index(program)];
   std::vector<std::string> environment;
   if (program == Program::kSlave) {
@@ -90,7 +90,9 @@ void SessionProcesses::start(Program program) {
     environment.insert(environment.end(), options_.station_environment.begin(), options_.station_environment.end());
   }
   auto& child = children_[index(program)];
-  child = std::make_unique<ChildProcess>(command(program), environment);
+  std::vector<std::string> line_of_it = command(program);
+  for (const std::string& one : sets) line_of_it.insert(line_of_it.end(), {"--set", one});
+  child = std::make_unique<ChildProcess>(line_of_it, environment);
   if (program == Program::kSlave) {
     // It listens nowhere; it is up once it holds its serial line, which somebody may pull out from then on.
     if (has_mcu_) comes_true([&] { return !child->running() || holds_a_terminal(child->pid()); });

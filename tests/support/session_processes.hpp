@@ -40,8 +40,9 @@ class SessionProcesses {
   ChildProcess& operator[](Program program) { return *children_[index(program)]; }
   void engage() { (*this)[Program::kMaster].say("engage\n"); }
 
-  // In the place of one that has ended: same address, same path, a recording of its own.
-  void start(Program program);
+  // In the place of one that has ended: same address, same path, a recording of its own. sets: beside those of the
+  // session, for this start.
+  void start(Program program, const std::vector<std::string>& sets = {});
   void kill(Program program);  // SIGKILL, and waits for its end; with the MCU goes its device's path
 
   // What the newest start of the program has recorded so far. Empty series if there is nothing readable yet.
