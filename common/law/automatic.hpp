@@ -31,9 +31,9 @@ class Automatic final : public Law<N> {
       ModelMediated<N>::kSignals[0],
       ModelMediated<N>::kSignals[1],
       ModelMediated<N>::kSignals[2],
-      LawSignal{"mediated", "1", "what was chosen: 1 the model-mediated scheme, 0 plain four channels"},
-      LawSignal{"chosen_round_trip_s", "s", "the round trip that it was chosen for"},
-      LawSignal{"chosen_loss", "1", "the loss that it was chosen for"}};
+      LawSignal{"mediated", "1", "the choice: 1 is the model-mediated scheme, 0 plain four channels"},
+      LawSignal{"chosen_round_trip_s", "s", "round trip at the time of the choice"},
+      LawSignal{"chosen_loss", "1", "loss at the time of the choice"}};
 
   Automatic(const LawParams& p, const FourChannelGains& K, double dt_s)
       : Law<N>({.network = true}), plain_(p, K, dt_s), mediated_(p, K, dt_s), chooser_(dt_s) {}

@@ -33,8 +33,8 @@ template <int N>
 class FourChannelTank final : public Law<N> {
  public:
   static constexpr std::array kBlocks{kTankBlock};
-  static constexpr std::array kSignals{LawSignal{"share", "1", "of the law's torque, what the tank allows"},
-                                       LawSignal{"energy_j", "J", "in the tank"}};
+  static constexpr std::array kSignals{LawSignal{"share", "1", "part of the law's torque that the tank allows"},
+                                       LawSignal{"energy_j", "J", "energy in the tank"}};
 
   FourChannelTank(const LawParams& p, const FourChannelGains& K, double dt_s)
       : Law<N>({.account = true}),

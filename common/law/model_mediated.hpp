@@ -25,7 +25,7 @@ class ModelMediated final : public Law<N> {
  public:
   static constexpr std::array kBlocks{kMediatorBlock};
   static constexpr std::array kSignals{
-      LawSignal{"friction_nm", "N m", "friction of the peer's device, as named from its motion"},
+      LawSignal{"friction_nm", "N m", "friction of the peer's device, as identified from its motion"},
       LawSignal{"k_rising_nm_per_rad", "N m/rad", "stiffness of what resists rising angles, as learnt"},
       LawSignal{"k_falling_nm_per_rad", "N m/rad", "stiffness of what resists falling angles, as learnt"}};
 

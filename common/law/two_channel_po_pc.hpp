@@ -75,8 +75,9 @@ inline constexpr LawBlock kPortBlock{
 template <int N>
 class TwoChannelPassivity : public Law<N> {
  public:
-  static constexpr std::array kSignals{LawSignal{"share", "1", "of the law's torque, what the controller lets through"},
-                                       LawSignal{"energy_j", "J", "what the port may still give"}};
+  static constexpr std::array kSignals{
+      LawSignal{"share", "1", "part of the law's torque that the controller lets through"},
+      LawSignal{"energy_j", "J", "energy that the port may still give"}};
 
   TwoChannelPassivity(const LawParams& p, const FourChannelGains& K, double dt_s)
       : Law<N>({.account = true}), p_(p.two_channel), port_(K.K_f, dt_s) {}

@@ -311,7 +311,7 @@ std::string Figures::law_signals() const {
   for (const std::string& name : names) {
     const LawSignal* signal = laws == nullptr ? nullptr : signal_of(*laws, name);
     Plot plot = over_time(signal == nullptr ? name : name + ": " + std::string(signal->meaning),
-                          signal == nullptr ? name : name + ", " + std::string(signal->unit), 184);
+                          signal == nullptr || signal->unit == "1" ? name : std::string(signal->unit), 184);
     bool any = false;
     const auto line = [&](const char* label, const std::vector<StationSample>& rows,
                           const std::vector<std::string>& signals, Ink ink) {
