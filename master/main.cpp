@@ -49,7 +49,7 @@ int run(const Options& options) {
   const scene::Scene& scene = loaded.scene;
   const std::unique_ptr<Side> side = options.serial.empty() ? make_simulated_master(scene, draw_session())
                                                             : make_serial_master(scene, draw_session(), options.serial);
-  const std::unique_ptr<PeerLink> link = open_link(options.link, options.listen, StationRole::kTherapist, scene);
+  const std::unique_ptr<PeerLink> link = open_link(options.link, options.listen, Role::kLeader, scene);
   const StopSignals stop;
   SuspendSignal suspend;
   OperatorInput operator_input;

@@ -36,7 +36,7 @@ int run(const Options& options) {
   const LoadedScene loaded = options.scene.load();
   StopInput stop_input(options.stop_input);
   const std::unique_ptr<Side> side = make_side(loaded, options.serial);
-  const std::unique_ptr<PeerLink> link = open_link(options.link, options.peer, StationRole::kPatient, loaded.scene);
+  const std::unique_ptr<PeerLink> link = open_link(options.link, options.peer, Role::kFollower, loaded.scene);
   const StopSignals stop;
   SuspendSignal suspend;
   OperatorInput operator_input;

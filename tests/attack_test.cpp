@@ -48,13 +48,11 @@ const PairingKey kKey = PairingKey::from_text(std::string(63, '4') + "7");
 const PairingKey kOtherKey = PairingKey::from_text(std::string(63, '4') + "8");
 const UdpEndpoint kElsewhere = endpoint(1001);
 
-Greeting greeting_of(StationRole role) {
-  return {.role = role, .configuration = "0123456789abcdef", .program = "1.2.3"};
-}
+Greeting greeting_of(Role role) { return {.role = role, .configuration = "0123456789abcdef", .program = "1.2.3"}; }
 std::unique_ptr<Handshaker> box(const PairingKey& key = kKey) {
-  return Handshaker::dialer(key, greeting_of(StationRole::kPatient), kListenerAt);
+  return Handshaker::dialer(key, greeting_of(Role::kFollower), kListenerAt);
 }
-std::unique_ptr<Handshaker> station() { return Handshaker::listener(kKey, greeting_of(StationRole::kTherapist)); }
+std::unique_ptr<Handshaker> station() { return Handshaker::listener(kKey, greeting_of(Role::kLeader)); }
 
 Bytes copy_of(std::span<const std::byte> bytes) { return {bytes.begin(), bytes.end()}; }
 

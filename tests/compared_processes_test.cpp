@@ -60,7 +60,7 @@ TEST(NightlyProcesses, ModelMediatedAndCdobWithSdcvFeelAsTheyDoInTheLab) {
     const Metrics& real = all[k].metrics;
     EXPECT_TRUE(real.is_true("stable")) << all[k].name;
     EXPECT_NEAR(real.number("tracking_rms_rad"), all[k + 2].metrics.number("tracking_rms_rad"), 3e-3) << all[k].name;
-    for (const char* way : {"delay_forward_median_ms", "delay_return_median_ms"})
+    for (const char* way : {"delay_forward_median_ms", "delay_backward_median_ms"})
       EXPECT_NEAR(real.number(way), 100.0, 2.0) << all[k].name << ", as the shim was told";
   }
 }

@@ -129,11 +129,11 @@ struct Crowd {
 // Callers that have fetched their cookies and begin again and again, near the listener. How long the right box then
 // takes, or nothing after 10 s.
 std::optional<double> box_gets_in_after(const Crowd& crowd) {
-  const auto greeting = [](StationRole role) {
+  const auto greeting = [](Role role) {
     return Greeting{.role = role, .configuration = "0123456789abcdef", .program = "1.2.3"};
   };
   HandshakeNetwork network({.delay_s = crowd.one_way_s}, 1);
-  Party& listener = network.add(Handshaker::listener(kKey, greeting(StationRole::kTherapist)), kListenerAt);
+  Party& listener = network.add(Handshaker::listener(kKey, greeting(Role::kLeader)), kListenerAt);
   DtlsContext context(LinkEnd::kDialer, kOtherKey);
   std::vector<std::pair<UdpEndpoint, Bytes>> hellos;
   for (int i = 0; i < crowd.hosts * crowd.ports; ++i) {
@@ -163,7 +163,7 @@ std::optional<double> box_gets_in_after(const Crowd& crowd) {
   }
   EXPECT_TRUE(listener.sessions.empty());
   const UdpEndpoint box_at = at(crowd.box_beside_it ? 1 : 0, 1000);
-  Party& box = network.add(Handshaker::dialer(kKey, greeting(StationRole::kPatient), kListenerAt), box_at);
+  Party& box = network.add(Handshaker::dialer(kKey, greeting(Role::kFollower), kListenerAt), box_at);
   for (int ms = 0; ms < 10'000; ++ms) {
     press_on();
     network.run(kMillisecond);

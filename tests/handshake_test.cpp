@@ -19,12 +19,10 @@ using Party = HandshakeNetwork::Party;
 const PairingKey kKey = PairingKey::from_text(std::string(63, '3') + "7");
 const PairingKey kOtherKey = PairingKey::from_text(std::string(63, '3') + "8");
 
-Greeting therapist() {
-  return {.role = StationRole::kTherapist, .configuration = "0123456789abcdef", .program = "1.2.3"};
-}
+Greeting therapist() { return {.role = Role::kLeader, .configuration = "0123456789abcdef", .program = "1.2.3"}; }
 Greeting patient() {
   Greeting greeting = therapist();
-  greeting.role = StationRole::kPatient;
+  greeting.role = Role::kFollower;
   return greeting;
 }
 
@@ -108,7 +106,7 @@ TEST(Handshake, TheWrongKeyNeverGetsASession) {
 TEST(Handshake, APeerThatDoesNotFitIsRefusedOnBothSidesByASentence) {
   Greeting version = patient(), role = patient(), joints = patient(), units = patient(), configuration = patient();
   version.version = 2;
-  role.role = StationRole::kTherapist;
+  role.role = Role::kLeader;
   joints.joints = 2;
   units.units = "deg, deg/s, N m, ns";
   configuration.configuration = "fedcba9876543210";

@@ -134,8 +134,8 @@ TEST(Metrics, NetworkFiguresAreThoseOfThePackets) {
   // 900 delivered forward, k not a multiple of 10: the 450th is k = 499, the 891st is k = 989 (nearest rank).
   EXPECT_NEAR(metrics.number("delay_forward_median_ms"), 50 + 4.99, 1e-9);
   EXPECT_NEAR(metrics.number("delay_forward_p99_ms"), 50 + 9.89, 1e-9);
-  EXPECT_NEAR(metrics.number("delay_return_median_ms"), 20, 1e-9);
-  EXPECT_NEAR(metrics.number("delay_return_p99_ms"), 24, 1e-9);
+  EXPECT_NEAR(metrics.number("delay_backward_median_ms"), 20, 1e-9);
+  EXPECT_NEAR(metrics.number("delay_backward_p99_ms"), 24, 1e-9);
   EXPECT_NEAR(metrics.number("jitter_ms"), 10 / std::sqrt(12.0),
               0.01);  // the uniform forward one is the larger: 2.89 against 2
   EXPECT_NEAR(metrics.number("loss"), 0.05, 1e-12);

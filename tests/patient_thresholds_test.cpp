@@ -164,7 +164,7 @@ void session_names_f_2(const char* scene) {
   for (const double k : {0.5, 2.0, 5.0}) {
     for (const char* grip : {"NORMAL", "FIRM"}) {
       const Ran with = ran(scene, k, grip, "true");
-      const double f_2 = 0.3 * k * with.deflection, named = with.metrics.number("f_2_named_nm");
+      const double f_2 = 0.3 * k * with.deflection, named = with.metrics.number("f_2_identified_nm");
       std::printf("%s, hand %.1f, %s: f_2 %.4f named %.4f, force ratio %.4f, residual %.2f mrad, tracking %.2f mrad\n",
                   scene, k, grip, f_2, named, with.metrics.number("force_ratio"),
                   1e3 * with.metrics.number("residual_p2p_rad"), 1e3 * with.metrics.number("tracking_rms_rad"));
@@ -179,7 +179,7 @@ TEST(PatientThresholds, OfASessionAreThePatientsAndTheForceIsFeltInFull) {
   session_names_f_2("four_channel_cdob_sdcv");
   const Ran without = ran("four_channel_cdob_sdcv", 0.5, "NORMAL", "false");
   EXPECT_NEAR(without.metrics.number("force_ratio"), 0.5, 0.02) << "what it is good for";
-  EXPECT_TRUE(std::isnan(without.metrics.number("f_2_named_nm")));
+  EXPECT_TRUE(std::isnan(without.metrics.number("f_2_identified_nm")));
 }
 
 TEST(PatientThresholds, OfASessionBehindAnMcuAreThePatientsToo) { session_names_f_2("sea_four_channel_cdob_sdcv"); }
@@ -194,7 +194,7 @@ TEST(PatientThresholds, OfAHandThatWasTakenOutLeaveFreeMotionLight) {
          "master.therapist.intended[7]={duration_s: 10 sine_amplitude_rad: 0.25 sine_frequency_hz: 0.5}",
          "master.therapist.intended[8]={duration_s: 2}", "windows={}", "windows.free={from_s: 24 until_s: 31}"});
     const double deflection = 0.3 * 3.0 / (3.0 + k);  // at rest, of the normal grip
-    EXPECT_NEAR(with.metrics.number("f_2_named_nm") / (0.3 * k * deflection), 1.0, 0.1) << k;
+    EXPECT_NEAR(with.metrics.number("f_2_identified_nm") / (0.3 * k * deflection), 1.0, 0.1) << k;
     std::printf("after a hand of %.1f: drag %.4f N m s/rad, tracking %.2f mrad\n", k,
                 with.metrics.number("drag_nms_per_rad"), 1e3 * with.metrics.number("tracking_rms_rad"));
     EXPECT_LE(std::abs(with.metrics.number("drag_nms_per_rad")), drag) << k;
@@ -209,7 +209,7 @@ TEST(PatientThresholds, OfWhoIsNoSpringAreTheScenes) {
     sets.push_back("control.sdcv_from_patient=true");
     const LoadedScene with = load_scene(scene, sets);
     const Session named = simulate(with), fixed = simulate(without);
-    EXPECT_EQ(compute_metrics(named, with.scene).number("f_2_named_nm"), 0.0) << scene;
+    EXPECT_EQ(compute_metrics(named, with.scene).number("f_2_identified_nm"), 0.0) << scene;
     EXPECT_EQ(named.slave.back().true_x_rad, fixed.slave.back().true_x_rad) << scene;
   }
 }
@@ -219,7 +219,7 @@ TEST(PatientThresholds, AreInTheSizeOfTheSlave) {
   for (const char* force_scale : {"0.5", "2"}) {
     const Ran scaled = ran("four_channel_cdob_sdcv", 2.0, "NORMAL", "true",
                            {"control.position_scale=1.5", std::string("control.force_scale=") + force_scale});
-    EXPECT_NEAR(scaled.metrics.number("f_2_named_nm") / (0.3 * 2.0 * scaled.deflection), 1.0, 0.1) << force_scale;
+    EXPECT_NEAR(scaled.metrics.number("f_2_identified_nm") / (0.3 * 2.0 * scaled.deflection), 1.0, 0.1) << force_scale;
     EXPECT_NEAR(scaled.metrics.number("force_ratio"), 1.0, 0.02) << force_scale;
   }
 }
@@ -230,8 +230,9 @@ TEST(PatientThresholds, OfAHandBehindTendonsWithFrictionAreStillTheHands) {
       const Ran with = ran("sea_four_channel_cdob_sdcv", k, "FIRM", "true",
                            {std::string("slave.series_elastic.tendon_friction_nm=") + F_c});
       const double f_2 = 0.3 * k * with.deflection;
-      std::printf("friction %s, hand %.1f: f_2 %.4f named %.4f\n", F_c, k, f_2, with.metrics.number("f_2_named_nm"));
-      EXPECT_NEAR(with.metrics.number("f_2_named_nm") / f_2, 1.0, 0.1) << F_c << " " << k;
+      std::printf("friction %s, hand %.1f: f_2 %.4f named %.4f\n", F_c, k, f_2,
+                  with.metrics.number("f_2_identified_nm"));
+      EXPECT_NEAR(with.metrics.number("f_2_identified_nm") / f_2, 1.0, 0.1) << F_c << " " << k;
       EXPECT_TRUE(with.metrics.is_true("stable")) << F_c << " " << k;
     }
   }

@@ -148,7 +148,7 @@ class Recipe(unittest.TestCase):
                                               "  p.control.law.tank = {"))
         scene = (cls.tree / "proto/scenes/two_channel.txtpb").read_text()
         scene = re.sub(r'description: ".*"', 'description: "toy"', changed(scene, "architecture: TWO_CHANNEL", "architecture: TOY"))
-        (cls.tree / "proto/scenes/toy.txtpb").write_text(re.sub(r"control \{.*?\n\}\n", "control { toy_K_nm_per_rad: 6 }\n", scene, flags=re.S))
+        (cls.tree / "proto/scenes/toy.txtpb").write_text(changed(scene, "architecture: TOY\n", "architecture: TOY\ncontrol { toy_K_nm_per_rad: 6 }\n"))
         cls.edit("proto/scenes/README.md", ("| `wave` |", "| `toy` | toy | - | - | ok |\n| `wave` |"))
 
     def test_few_files_change_and_none_in_a_room_that_knows_no_architecture(self):

@@ -54,9 +54,9 @@ class RealSession {
       tested_ = start(Program::kMaster, {"--listen", "127.0.0.1:0"}, {});
       const std::string line = tested_->read_line();
       if (!line.starts_with("listening ")) throw std::runtime_error("no master: " + tested_->err());
-      link = open_rogue_link(key(), line.substr(10), StationRole::kPatient, scene_);
+      link = open_rogue_link(key(), line.substr(10), Role::kFollower, scene_);
     } else {
-      link = open_rogue_link(key(), "127.0.0.1:0", StationRole::kTherapist, scene_);
+      link = open_rogue_link(key(), "127.0.0.1:0", Role::kLeader, scene_);
       std::vector<std::string> more{"--peer", to_string(link->socket().local_endpoint())};
       std::vector<std::string> environment;
       if (mcu) {

@@ -101,7 +101,7 @@ TEST(TendonFriction, OfTheOrthosisIsNamedAndNotTakenForAHand) {
     for (const char* grip : {"NORMAL", "FIRM"}) {
       const Metrics metrics = ran({"slave.series_elastic.tendon_friction_nm=" + std::to_string(F_c),
                                    std::string("master.therapist.grip=") + grip});
-      const double named = metrics.number("friction_named_nm");
+      const double named = metrics.number("friction_identified_nm");
       EXPECT_NEAR(named / F_c, 1.0, 0.2) << F_c << grip;
       EXPECT_TRUE(metrics.is_true("stable")) << F_c << grip;
       EXPECT_LE(metrics.number("tracking_rms_rad"), 0.08) << F_c << grip;
@@ -112,7 +112,7 @@ TEST(TendonFriction, OfTheOrthosisIsNamedAndNotTakenForAHand) {
                   metrics.number("force_error_rms_nm"));
     }
   }
-  EXPECT_EQ(ran({}).number("friction_named_nm"), 0.0);
+  EXPECT_EQ(ran({}).number("friction_identified_nm"), 0.0);
 }
 
 }  // namespace

@@ -294,8 +294,8 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
     else
       out.set_absent(key, because);
   };
-  last("friction_named_nm", "friction_nm", 1.0, "the scene has no mediator");
-  last("f_2_named_nm", "f_2_nm", a.force_scale, "the thresholds of SDCV are not the patient's");
+  last("friction_identified_nm", "friction_nm", 1.0, "the scene has no mediator");
+  last("f_2_identified_nm", "f_2_nm", a.force_scale, "the thresholds of SDCV are not the patient's");
 }
 
 void set_share(Metrics& out, std::string_view key, double part, double whole, const std::string& because) {
@@ -312,7 +312,7 @@ void network(const Session& session, const AlignedSession& a, Metrics& out) {
     for (const LinkSample& p : session.link) {
       if (p.forward == forward && !p.lost && std::isfinite(p.achieved_delay_s)) delays.push_back(p.achieved_delay_s);
     }
-    const std::string prefix = forward ? "delay_forward" : "delay_return";
+    const std::string prefix = forward ? "delay_forward" : "delay_backward";
     if (delays.empty()) {
       for (const auto* suffix : {"_median_ms", "_p99_ms"})
         out.set_absent(prefix + suffix, "no one-way delay was recorded");

@@ -19,6 +19,7 @@ struct MetricInfo {
   std::string_view unit;  // empty for text
   std::string_view meaning;
   bool deterministic = true;  // false: a figure of the wall clock, never among the results of a run in virtual time
+  std::string_view formerly = {};  // the key that it had before
 };
 
 // F_m: torque of the therapist on the device; F_s: torque of the device on the hand; T_p: play-out delay in force,
@@ -74,18 +75,21 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"account_min_master_j", "J",
      "engaged, the least that was in the master's energy tank, or that its port had over (passivity observer)"},
     {"account_min_slave_j", "J", "the same at the slave"},
-    {"friction_named_nm", "N m",
-     "friction of the slave's device, as the mediator named it last from unloaded motion; 0: too little to name"},
-    {"f_2_named_nm", "N m",
-     "f_2 of SDCV, in the slave's size, as it was named last of the patient (0.3 k x_max); 0: nothing to name it by"},
+    {"friction_identified_nm", "N m",
+     "friction of the slave's device, as the mediator identified it last from unloaded motion; 0: too little of it",
+     true, "friction_named_nm"},
+    {"f_2_identified_nm", "N m",
+     "f_2 of SDCV, in the slave's size, as it was identified last from the patient (0.3 k x_max); 0: nothing to "
+     "identify it by",
+     true, "f_2_named_nm"},
     {"torque_max_master_nm", "N m", "largest |torque command| of the master"},
     {"torque_max_slave_nm", "N m", "largest |torque command| of the slave"},
     {"velocity_max_rad_s", "rad/s", "largest |velocity| of the two sides"},
     {"delay_forward_median_ms", "ms", "one-way delay master to slave, median of the packets that arrived"},
     {"delay_forward_p99_ms", "ms",
      "one-way delay master to slave, 99 % of the packets that arrived were at most this late"},
-    {"delay_return_median_ms", "ms", "one-way delay slave to master, median"},
-    {"delay_return_p99_ms", "ms", "one-way delay slave to master, 99 %"},
+    {"delay_backward_median_ms", "ms", "one-way delay slave to master, median", true, "delay_return_median_ms"},
+    {"delay_backward_p99_ms", "ms", "one-way delay slave to master, 99 %", true, "delay_return_p99_ms"},
     {"jitter_ms", "ms", "standard deviation of the one-way delay, the larger of the two directions"},
     {"rtt_median_ms", "ms", "round trip measured by echo at the master, median over its ticks"},
     {"playout_median_ms", "ms",

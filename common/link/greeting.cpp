@@ -18,9 +18,9 @@ std::string shown(const std::string& text) {
   return out.empty() ? "nothing" : out;
 }
 
-std::string name_of(StationRole role) {
-  if (role == StationRole::kTherapist) return "the therapist's station";
-  if (role == StationRole::kPatient) return "the patient's box";
+std::string name_of(Role role) {
+  if (role == Role::kLeader) return "the therapist's station";
+  if (role == Role::kFollower) return "the patient's box";
   return "of an unknown role";
 }
 
@@ -45,7 +45,7 @@ std::optional<Greeting> decode_greeting(std::span<const std::byte> bytes) {
   if (bytes.size() > kLargest || !message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
   Greeting greeting;
   greeting.version = message.version();
-  greeting.role = message.role() <= 255 ? static_cast<StationRole>(message.role()) : StationRole{};
+  greeting.role = message.role() <= 255 ? static_cast<Role>(message.role()) : Role{};
   greeting.joints = message.joints();
   greeting.units = message.units();
   greeting.configuration = message.configuration();
@@ -60,7 +60,7 @@ std::optional<std::string> disagreement(const Greeting& own, const Greeting& pee
            " of the protocol, this program (farhand " + own.program + ") version " + std::to_string(own.version) +
            "; update the older one";
   }
-  const auto wanted = own.role == StationRole::kTherapist ? StationRole::kPatient : StationRole::kTherapist;
+  const auto wanted = own.role == Role::kLeader ? Role::kFollower : Role::kLeader;
   if (peer.role != wanted) {
     return "role: the peer is " + name_of(peer.role) + ", but this side needs " + name_of(wanted);
   }

@@ -10,14 +10,13 @@
 #include <string>
 
 #include "common/link/packet.hpp"
+#include "common/signal/role.hpp"
 
 namespace farhand {
 
-enum class StationRole : std::uint8_t { kTherapist = 1, kPatient = 2 };
-
 struct Greeting {
   std::uint32_t version = kProtocolVersion;
-  StationRole role = StationRole::kTherapist;
+  Role role = Role::kLeader;
   std::uint32_t joints = 1;
   std::string units = "rad, rad/s, N m, ns";
   std::string configuration;  // fingerprint of what both sides must have alike

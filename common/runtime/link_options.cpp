@@ -99,9 +99,9 @@ std::string shared_configuration(const scene::Scene& scene) {
   return complete_text(shared);
 }
 
-std::unique_ptr<PeerLink> open_link(const LinkOptions& options, const std::string& address, StationRole role,
+std::unique_ptr<PeerLink> open_link(const LinkOptions& options, const std::string& address, Role role,
                                     const scene::Scene& scene) {
-  const bool listens = role == StationRole::kTherapist;
+  const bool listens = role == Role::kLeader;
   const UdpEndpoint endpoint = parse_endpoint(address, listens ? EndpointUse::kListen : EndpointUse::kPeer);
   if (options.insecure) {
     if (!options.key.empty()) throw std::invalid_argument("--insecure has no use for --key");

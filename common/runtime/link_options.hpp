@@ -19,7 +19,7 @@ struct LinkOptions {
 void add_link_options(Command command, LinkOptions& options);  // --key, --insecure
 
 // The therapist's station listens at `address`, the patient's box dials it. Throws with a sentence.
-std::unique_ptr<PeerLink> open_link(const LinkOptions& options, const std::string& address, StationRole role,
+std::unique_ptr<PeerLink> open_link(const LinkOptions& options, const std::string& address, Role role,
                                     const scene::Scene& scene);
 
 // What both sides must have alike, because each counts on the other's: architecture, gains, period, how they are

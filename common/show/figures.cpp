@@ -222,7 +222,7 @@ std::string Figures::losses() const {
     for (const LinkSample& p : session_.link) {
       if (p.forward == forward && p.lost) lost.push_back({p.t_s, p.t_s, "#111111", 1, ""});
     }
-    lanes.lane(forward ? "forward" : "return", std::move(lost));
+    lanes.lane(forward ? "forward" : "backward", std::move(lost));
   }
   return lanes.svg();
 }
@@ -244,7 +244,7 @@ std::string Figures::delay_histogram() const {
       heights[std::min(kBins - 1, static_cast<std::size_t>((y - from) / (until - from) * kBins))] +=
           100 / static_cast<double>(d.achieved_ms.size());
     }
-    plot.bars(forward ? "forward" : "return", std::move(edges), std::move(heights),
+    plot.bars(forward ? "forward" : "backward", std::move(edges), std::move(heights),
               forward ? Ink::kMaster : Ink::kSlave, forward);
   }
   return plot.svg();
@@ -267,8 +267,9 @@ std::string Figures::delay_distribution() const {
       share.insert(share.begin(), 0);
       plot.line(label, std::move(y), std::move(share), ink);
     };
-    distribution(forward ? "forward" : "return", d.achieved_ms, forward ? Ink::kMaster : Ink::kSlave);
-    distribution(forward ? "forward asked" : "return asked", d.asked_ms, forward ? Ink::kMasterPale : Ink::kSlavePale);
+    distribution(forward ? "forward" : "backward", d.achieved_ms, forward ? Ink::kMaster : Ink::kSlave);
+    distribution(forward ? "forward asked" : "backward asked", d.asked_ms,
+                 forward ? Ink::kMasterPale : Ink::kSlavePale);
   }
   return any ? plot.svg() : "";
 }

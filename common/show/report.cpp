@@ -121,11 +121,12 @@ std::string cards(const Metrics& metrics, const scene::Scene& scene) {
                   ? "moves by " + three_digits(1e3 * residual) + " mrad at the end; limit 5 mrad, or half of before"
                   : metrics.at("residual_p2p_rad").absent_because,
               unstable);
-  const double forward = metrics.number("delay_forward_median_ms"), backward = metrics.number("delay_return_median_ms");
+  const double forward = metrics.number("delay_forward_median_ms"),
+               backward = metrics.number("delay_backward_median_ms");
   if (std::isfinite(forward) && std::isfinite(backward)) {
     out += card("Delay, forward / return", three_digits(forward) + " / " + three_digits(backward), "ms",
                 "99 %: " + three_digits(metrics.number("delay_forward_p99_ms")) + " / " +
-                    three_digits(metrics.number("delay_return_p99_ms")) + " ms");
+                    three_digits(metrics.number("delay_backward_p99_ms")) + " ms");
   } else {
     number("Round trip (median)", "rtt_median_ms", 1, "ms", "one-way delays were not recorded");
   }

@@ -5,10 +5,9 @@
 #include <initializer_list>
 
 #include "common/link/packet.hpp"
+#include "common/signal/role.hpp"
 
 namespace farhand {
-
-enum class Role : std::uint8_t { kLeader, kFollower };  // the therapist's side, the patient's side
 
 enum class OperatorAct : std::uint8_t { kNone, kEngage, kHold, kStop, kReset, kHome, kIdentify };
 

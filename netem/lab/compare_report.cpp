@@ -33,7 +33,7 @@ constexpr Column kColumns[] = {
     {"of motion", "mN m", 1e3, "force_error_of_motion_rms_nm", ""},
     {"energy", "mJ", 1e3, "energy_min_both_j", ""},
     {"forward", "ms", 1.0, "delay_forward_median_ms", "delay_forward_p99_ms"},
-    {"return", "ms", 1.0, "delay_return_median_ms", "delay_return_p99_ms"},
+    {"backward", "ms", 1.0, "delay_backward_median_ms", "delay_backward_p99_ms"},
     {"lost", "%", 100.0, "loss", ""},
 };
 

@@ -64,7 +64,9 @@ void print_columns_table() {
 void print_metrics_table() {
   std::cout << "\nMetrics\n\n";
   for (const MetricInfo& metric : kMetrics) {
-    print_column(metric.key, metric.unit, std::string(metric.meaning) + (metric.deterministic ? "" : " (wall clock)"));
+    print_column(metric.key, metric.unit,
+                 std::string(metric.meaning) + (metric.deterministic ? "" : " (wall clock)") +
+                     (metric.formerly.empty() ? "" : "; formerly " + std::string(metric.formerly)));
   }
 }
 

@@ -4,7 +4,7 @@
 
 namespace farhand::rogue {
 
-std::unique_ptr<PeerLink> open_rogue_link(const std::string& key_file, const std::string& address, StationRole role,
+std::unique_ptr<PeerLink> open_rogue_link(const std::string& key_file, const std::string& address, Role role,
                                           const scene::Scene& scene) {
   LinkOptions options;
   options.key = key_file;

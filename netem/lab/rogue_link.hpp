@@ -10,7 +10,7 @@
 namespace farhand::rogue {
 
 // A therapist's station listens at `address`, a patient's box dials it.
-std::unique_ptr<PeerLink> open_rogue_link(const std::string& key_file, const std::string& address, StationRole role,
+std::unique_ptr<PeerLink> open_rogue_link(const std::string& key_file, const std::string& address, Role role,
                                           const scene::Scene& scene);
 
 }  // namespace farhand::rogue

@@ -6,7 +6,6 @@
 //
 //   never_ns, without_ns: per tick, medians; ratio: median of the pairs, and its quartiles
 #include "common/runtime/owned_station.hpp"
-#include "tests/bench/cut_station.hpp"
 #include "tests/bench/paired.hpp"
 
 namespace farhand {
@@ -26,46 +25,19 @@ StationParams params_of(const char* architecture) {
   return p;
 }
 
-template <int Copy>
-void run_cut(cut::Station<Copy>& station) {
-  through(station, recorded().session.master, recorded().arrivals, [&](Nanoseconds now, const StationSample& row) {
-    benchmark::DoNotOptimize(station.tick(now, Joints<1>(row.x_rad), true, act_at(row), 1));
-  });
-}
-
-// How far from 1 two copies of the same code are, which lie at different places: the noise of what follows.
+// How far from 1 two of the same are, which lie at different places: the noise of what follows.
 void station_twice(benchmark::State& state) {
   const Recorded& r = recorded();
-  compare(
-      state, r.session.master.size(),
-      [&] {
-        alignas(64) cut::Station<1> station(cut::params_of(r.params));
-        run_cut(station);
-      },
-      [&] {
-        alignas(64) cut::Station<0> station(cut::params_of(r.params));
-        run_cut(station);
-      });
+  const auto once = [] {
+    alignas(64) OwnedStation<DirectIo<1>> station(params_of("FOUR_CHANNEL"));
+    run_whole(station);
+  };
+  compare(state, r.session.master.size(), once, once);
 }
 BENCHMARK(station_twice)->Iterations(kPairs)->UseManualTime();
 
-// Plain four channels among the architectures, beside a station that knows no other.
-void station_without_cdob_sdcv_weight_friction(benchmark::State& state) {
-  const Recorded& r = recorded();
-  compare(
-      state, r.session.master.size(),
-      [&] {
-        alignas(64) OwnedStation<DirectIo<1>> station(params_of("FOUR_CHANNEL"));
-        run_whole(station);
-      },
-      [&] {
-        alignas(64) cut::Station<0> station(cut::params_of(r.params));
-        run_cut(station);
-      });
-}
-BENCHMARK(station_without_cdob_sdcv_weight_friction)->Iterations(kPairs)->UseManualTime();
-
-// The same comparison where there is something to see: what the two compensations cost when they are there.
+// What the two compensations cost where they are there. A station knows no architecture: without them there is nothing
+// of them in it.
 void station_with(benchmark::State& state, const char* architecture) {
   const Recorded& r = recorded();
   compare(
@@ -82,12 +54,25 @@ void station_with(benchmark::State& state, const char* architecture) {
 BENCHMARK_CAPTURE(station_with, cdob, "FOUR_CHANNEL_CDOB")->Iterations(kPairs)->UseManualTime();
 BENCHMARK_CAPTURE(station_with, cdob_sdcv, "FOUR_CHANNEL_CDOB_SDCV")->Iterations(kPairs)->UseManualTime();
 
+// RTOB of an axis on which nothing but viscous friction is known.
+class ViscousRtob {
+ public:
+  ViscousRtob(const AxisModel& model, Cutoff g, double dt_s) : viscous_(model.viscous), observer_(model.J_n, g, dt_s) {}
+  const Joints<1>& step(const Joints<1>& tau_applied, const Joints<1>& v) noexcept {
+    return observer_.step(tau_applied - viscous_ * v, v);
+  }
+
+ private:
+  double viscous_;
+  Dob<1> observer_;
+};
+
 // An observer that knows of neither weight nor dry friction, beside one that never could.
 void rtob_without_weight_and_friction(benchmark::State& state) {
   const Recorded& r = recorded();
   const AxisModel model = r.params.control.drive.model;
   alignas(64) Rtob<1> without(model, Cutoff::rad_s(200.0), 1e-3);
-  alignas(64) cut::Rtob never(model, Cutoff::rad_s(200.0), 1e-3);
+  alignas(64) ViscousRtob never(model, Cutoff::rad_s(200.0), 1e-3);
   const auto each = [&](auto&& step) {
     for (const StationSample& row : r.session.master)
       benchmark::DoNotOptimize(step(Joints<1>(row.command_nm), Joints<1>(row.x_rad), Joints<1>(row.v_rad_s)));

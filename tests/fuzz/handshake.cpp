@@ -26,16 +26,13 @@ const PairingKey& other_key() {
   return key;
 }
 
-Greeting greeting_of(StationRole role) {
-  return {.role = role, .configuration = "0123456789abcdef", .program = "1.2.3"};
-}
+Greeting greeting_of(Role role) { return {.role = role, .configuration = "0123456789abcdef", .program = "1.2.3"}; }
 std::unique_ptr<Handshaker> box(const PairingKey& with) {
   return std::make_unique<OwnRandom>(
-      1, [&] { return Handshaker::dialer(with, greeting_of(StationRole::kPatient), kListenerAt); });
+      1, [&] { return Handshaker::dialer(with, greeting_of(Role::kFollower), kListenerAt); });
 }
 std::unique_ptr<Handshaker> station() {
-  return std::make_unique<OwnRandom>(2,
-                                     [] { return Handshaker::listener(key(), greeting_of(StationRole::kTherapist)); });
+  return std::make_unique<OwnRandom>(2, [] { return Handshaker::listener(key(), greeting_of(Role::kLeader)); });
 }
 
 // As in the secured link: a session on which nothing comes is given back after five seconds, and the box calls again.
@@ -70,9 +67,9 @@ bool greetings(Bytes input) {
   const google::protobuf::LogSilencer silent;  // it says on stderr what is no text
   const std::optional<Greeting> read = decode_greeting(to_bytes(input));
   if (!read) return false;
-  const Greeting own = greeting_of(StationRole::kTherapist);
+  const Greeting own = greeting_of(Role::kLeader);
   const auto difference = disagreement(own, *read);
-  const bool fits = read->version == own.version && read->role == StationRole::kPatient && read->joints == own.joints &&
+  const bool fits = read->version == own.version && read->role == Role::kFollower && read->joints == own.joints &&
                     read->units == own.units && read->configuration == own.configuration;
   require(fits == !difference, "who differs is refused, and nobody else");
   if (difference) {

@@ -105,22 +105,21 @@ void serial() {
 
 void handshakes() {
   const PairingKey key = PairingKey::from_text(std::string(64, '5'));
-  const auto greeting = [](StationRole role) {
+  const auto greeting = [](Role role) {
     return Greeting{.role = role, .configuration = "0123456789abcdef", .program = "1.2.3"};
   };
-  seed("handshake", "good_greeting", '\0' + encode_greeting(greeting(StationRole::kPatient)));
-  Greeting other = greeting(StationRole::kPatient);
+  seed("handshake", "good_greeting", '\0' + encode_greeting(greeting(Role::kFollower)));
+  Greeting other = greeting(Role::kFollower);
   other.units = "deg\n";
   seed("handshake", "good_greeting_of_another", '\0' + encode_greeting(other));
 
   // What the box of a whole handshake says to the station; who and when is the byte before its two of length.
   HandshakeNetwork network({}, 1);
-  auto& box = network.add(std::make_unique<OwnRandom>(
-                              1, [&] { return Handshaker::dialer(key, greeting(StationRole::kPatient), kListenerAt); }),
-                          kDialerAt);
+  auto& box = network.add(
+      std::make_unique<OwnRandom>(1, [&] { return Handshaker::dialer(key, greeting(Role::kFollower), kListenerAt); }),
+      kDialerAt);
   auto& station = network.add(
-      std::make_unique<OwnRandom>(2, [&] { return Handshaker::listener(key, greeting(StationRole::kTherapist)); }),
-      kListenerAt);
+      std::make_unique<OwnRandom>(2, [&] { return Handshaker::listener(key, greeting(Role::kLeader)); }), kListenerAt);
   std::string said(1, '\1'), from_station;
   network.on_path = [&](const UdpEndpoint& from, HandshakeDatagram& datagram) {
     if (from == kDialerAt) {
