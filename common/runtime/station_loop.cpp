@@ -34,8 +34,10 @@ bool StationLoop::operator()(const TickTime& time) noexcept {
   const Asked asked = next_act(time, t_s);
   const Packet<1> packet = side_.tick(time.deadline_ns, t_s, asked.act, ticks);
   if (ports_.link->send(codec_.encode(packet))) ++sent_;
-  const StationCounters totals = counted();
-  for (TickWatcher* watcher : ports_.watchers) watcher->ticked({time, t_s, side_, asked, totals});
+  if (!ports_.watchers.empty()) {
+    const StationCounters totals = counted();
+    for (TickWatcher* watcher : ports_.watchers) watcher->ticked({time, t_s, side_, asked, totals});
+  }
   return !(stopping_ && ++stopping_ticks_ > kTicksToRest);
 }
 
