@@ -121,6 +121,8 @@ class PlainStep {
     return gate(weight_ + authority_ * (wish - weight_), x);
   }
 
+  T tau_dis() const noexcept { return tau_dis_; }
+
   T v{}, f{};
   std::uint32_t limits = 0;
 

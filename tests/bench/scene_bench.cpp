@@ -67,15 +67,28 @@ void composed(benchmark::State& state, const char* architecture) {
   }
 }
 
+// With what every direct drive has besides its law: it looks whether its reading can be right (stuck_reading.hpp), and
+// keeps its observers for where it cannot.
 template <PlainScene kScene>
 void by_hand(benchmark::State& state) {
-  PlainStep<kScene> plain(params());
+  const ControlParams p = params();
+  const DriveParams& d = p.drive;
+  PlainStep<kScene> plain(p), moving(p);
+  StuckReading<1> stuck(d.resolution, d.stiffest_nm_per_rad / d.model.J_n, d.g_v, d.g_dis, d.dt_s);
   plain.reset(0.0);
   plain.start(0.0, 0.0, 0.0);
+  double tau = 0.0;
   std::size_t k = 0;
   for (auto _ : state) {
     const Input& in = inputs()[k++ % inputs().size()];
-    benchmark::DoNotOptimize(plain.step(in.x, in.x_r, in.v_r, in.f_r));
+    const double known = stuck.stood() > 0 ? moving.tau_dis() : plain.tau_dis();
+    if (stuck.step(Joints<1>(in.x), Joints<1>(plain.v), Joints<1>((tau - known) / d.model.J_n))) moving = plain;
+    if (stuck.stuck(false)) {
+      plain = moving;
+    } else {
+      plain.observe(in.x);
+    }
+    benchmark::DoNotOptimize(tau = plain.follow(in.x, in.x_r, in.v_r, in.f_r));
     benchmark::DoNotOptimize(plain);
   }
 }
