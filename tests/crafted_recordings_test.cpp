@@ -75,6 +75,14 @@ record::RunInfo info_of(const std::string& role, Nanoseconds start, const std::s
   info.set_start_ns(crafted.stamp(start));
   info.set_start_utc_ns(crafted.stamp(1'800'000'000 * kSecond));
   info.set_clock_id(crafted.below(2) == 0 ? "same" : role);
+  // As it was before signals had names; or more or fewer of them than there are values, with names that are none.
+  if (crafted.below(2) == 0) return info;
+  const std::string odd[] = {"share", "energy_j", "x_rad", "a,b\n", "", std::string(5000, 'k'), "t_s"};
+  std::vector<std::string> names[2];
+  for (std::vector<std::string>& side : names) {
+    for (std::uint64_t k = crafted.below(12); k > 0; --k) side.push_back(odd[crafted.below(std::size(odd))]);
+  }
+  name_signals(names[0], names[1], info);
   return info;
 }
 
