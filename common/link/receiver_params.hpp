@@ -8,7 +8,7 @@ namespace farhand {
 struct ReceiverParams {
   Nanoseconds timeout;      // silence after which the peer counts as gone
   Nanoseconds playout_max;  // largest depth of the play-out
-  Nanoseconds expiry;       // a packet that took longer than the fastest by more than this is never acted upon
+  Nanoseconds expiry;       // a packet slower than the fastest by more than this is never acted upon
 };
 
 }  // namespace farhand
