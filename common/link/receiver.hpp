@@ -280,6 +280,7 @@ class Receiver {
 
 template <int N>
 Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexcept {
+  // Reject motion that is no number and sessions that ended; any other new session takes over.
   if (!packet.motion.finite()) return count(counters_.rejected_not_finite, Receipt::kNotFinite);
   if (!heard_ || packet.session != session_) {
     if (std::find(retired_.begin(), retired_.begin() + retired_count_, packet.session) !=
@@ -288,14 +289,19 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
     }
     begin_session(packet, arrival);
   }
+  // Echo even a packet that is rejected below: the peer needs it to prove that it is fresh. Times relative to the
+  // session's first packet.
   if (distance(packet.seq, echoed_.seq) > 0) echoed_ = {packet.seq, packet.send_time_ns, arrival};
   Nanoseconds stamp = difference(packet.send_time_ns, stamp_0_);
   Nanoseconds at = difference(arrival, arrival_0_);
   if (beyond_horizon(stamp) || beyond_horizon(at)) return count(counters_.rejected_stamp, Receipt::kStamp);
 
+  // Order: too old for the ring, or seen before.
   const std::int32_t ahead = distance(packet.seq, newest_seq_);
   if (ahead <= -kSlots) return count(counters_.late, Receipt::kLate);
   if (seen(packet.seq)) return count(counters_.duplicate, Receipt::kDuplicate);
+
+  // Age beyond the fastest packet: expired, unless its echo proves that only a clock was set.
   const Nanoseconds late = clock_.based() ? at - stamp - clock_.fastest(at) : 0;
   const bool early = late < -expiry(packet);
   if (late > expiry(packet) || early) {
@@ -308,14 +314,18 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
       return count(counters_.rejected_expired, Receipt::kExpired);
     }
   }
+  // Numbers and stamps must have the same order.
   const std::int32_t ahead_of_newest = distance(packet.seq, newest_.seq);
   if (any_ && (ahead_of_newest > 0) != (stamp > newest_stamp_)) return count(counters_.rejected_stamp, Receipt::kStamp);
 
+  // The play-out learns from every fresh packet, also from one that is too late to be shown.
   clock_.observe(stamp, at, period());
   if (played_ && (stamp <= shown_stamp_ || distance(packet.seq, cursor_) <= 0)) {
     mark_useless(packet.seq);
     return count(counters_.late, Receipt::kLate);
   }
+
+  // Keep the motion for play-out; a packet after silence ends it as a lapse.
   Slot& slot = mark(packet.seq, true);
   slot.stamp = stamp;
   slot.motion = packet.motion;
@@ -326,6 +336,8 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
   }
   last_arrival_ = any_ ? std::max(last_arrival_, arrival) : arrival;
   if (any_ && ahead_of_newest < 0) return count(counters_.reordered, Receipt::kReordered);
+
+  // The newest packet gives state, limits and round trip of the peer.
   any_ = true;
   newest_ = packet;
   newest_stamp_ = stamp;

@@ -16,8 +16,8 @@ struct ClockOffset {
 };
 
 // From the send and arrival stamps of the newest packets. A packet takes no negative time, so with slave = master +
-// theta the smallest arrival - send of all packets is at least theta forward and at least -theta on the way back:
-//   -min_return <= theta <= min_forward,  offset = -theta in the middle, half the smallest round trip to either side.
+// theta the smallest arrival - send of all packets is at least theta forward and at least -theta backward:
+//   -min_backward <= theta <= min_forward,  offset = -theta in the middle, half the smallest round trip to either side.
 // Clocks of unequal rate turn the interval inside out once they drift by more than the round trip; theta then ranged
 // over the inverted interval widened by the round trip, which the echoes measure (rtt_s) on one clock alone.
 ClockOffset estimate_clock_offset(const Recorded::Series<StationSample>& master,

@@ -301,11 +301,14 @@ class Station {
 
 template <class Io>
 auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int ticks) noexcept -> Output {
+  // Read: move the reading to the zero that homing found.
   std::optional<Sensed> homed;
   if (zero_ != 0.0) (homed = read)->x += zero_;
   const Sensed& sensed = homed ? *homed : read;
   const bool usable = sensed.valid && sensed.finite();
   const int gap = own_ticks_.since_last(now, ticks);
+
+  // Observe: estimate velocity and torque of the own axis, from a fresh start after readings that could not be used.
   Motion<N>& local = trace_.local;
   const Joints<N> x_before = local.x;
   if (usable) {
@@ -315,6 +318,7 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   const bool continues = usable && was_usable_;
   was_usable_ = usable;
 
+  // Play out the peer, through the first gate. Without a peer the own motion stands in its place.
   const Played<N> played = receiver_.play(now);
   if (played.any) {
     trace_.remote = intake_.step(params_.scale.to_own(played.motion), played.held, driven(), ticks);
@@ -323,6 +327,8 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
     last_word_.reset();
     trace_.remote = own_motion();
   }
+
+  // Gaps in time: how much of the peer's motion may be followed, and repetition without its noise.
   after_gap_.step(played.any && played.held && played.content_time == shown_, gap,
                   peer_ticks_.missed_s(receiver_.newest()), trace_.state == StationState::kEngaged,
                   drive_.acted_share());
@@ -332,6 +338,7 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
 
+  // Guard, state machine and law, in this order: the law must know whether it is engaged.
   if (law_.needs().account) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
   if (law_.needs().network) measure_network(ticks);
   guard(sensed, continues, act, ticks);
@@ -344,6 +351,8 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
            .silent_s = after_gap_.silent_s(),
            .acting = after_gap_.acting(),
            .peers_acting = after_gap_.peers_acting()});
+
+  // The motion to follow: a change of its source is faded, so that nothing jumps.
   const Motion<N> source = choose(ticks);
   const Asks asks = asks_of(trace_.state);
   if (asks == Asks::kNothing) {
@@ -371,11 +380,14 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
     followed_ = yielding(local, after_gap(trace_.target), verdict_.gain);
   }
 
+  // Drive and last gate: zero torque at once without a usable reading, or in a state that asks for nothing.
   const Wanted wanted{.driven = asks == Asks::kMotion, .as_torque = inputs_.engaged && wish_.as_torque};
   Output out;
   out.command = usable && asks != Asks::kNothing ? drive_.follow(local, followed_, wanted, ticks) : drive_.safe();
   if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
   if (trace_.state == StationState::kIdentifying) identifying_->sample(local.x[0], drive_.torque()[0], ticks);
+
+  // Report the limits that acted, and fill the packet for the peer.
   trace_.limits = drive_.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
   // Values of the peer that were cut, and torque that was reduced at the person, are reported as a limit and a warning.
   const std::uint32_t cut = played.any ? intake_.active() | drive_.spared() : drive_.spared();

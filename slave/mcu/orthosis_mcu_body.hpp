@@ -147,15 +147,18 @@ inline bool OrthosisCore<P>::read(const EncoderUnit& unit, int32_t counts, int32
 
 template <class P>
 void OrthosisCore<P>::sense(const McuInput& input) {
+  // Angles, and the torque of the spring between them.
   if (!read(p().joint, input.joint_counts, x_)) faults_ |= kJointEncoder;
   if (!read(p().motor, input.motor_counts, x_motor_)) faults_ |= kMotorEncoder;
   tau_spring_ = times(x_motor_ - x_, p().spring);
   if (limited(tau_spring_, p().spring_fault) != tau_spring_) faults_ |= kSpringTorque;
+  // The spring's own sensor must agree; a single loop may differ, because the two are not sampled at the same instant.
   if (p().sensor_apart > 0) {
     const int32_t apart = clamp(input.sensor, -kSensorCounts, kSensorCounts) * p().sensor_unit - tau_spring_;
     apart_in_a_row_ = static_cast<uint16_t>(limited(apart, p().sensor_apart) != apart ? apart_in_a_row_ + 1 : 0);
     if (apart_in_a_row_ >= p().sensor_loops) faults_ |= kSpringSensor, apart_in_a_row_ = p().sensor_loops;
   }
+  // Values that are only reported, and overruns, which are a fault when they do not end.
   temperature_c_ = input.temperature_c;
   current_ = static_cast<uint8_t>(input.current > 1023 ? 255 : input.current >> 2);
   overruns_in_a_row_ = static_cast<uint16_t>(input.overrun ? overruns_in_a_row_ + 1 : 0);
@@ -213,6 +216,7 @@ void OrthosisCore<P>::watch_stop(const McuInput& input) {
 
 template <class P>
 void OrthosisCore<P>::supervise(const McuInput& input) {
+  // The patient's stop has priority; then silence of the host, then latched faults.
   watch_stop(input);
   if (silent_loops_ <= p().watchdog_loops) ++silent_loops_;
   const bool silent = silent_loops_ > p().watchdog_loops;
@@ -280,6 +284,7 @@ void OrthosisCore<P>::move_torque_command() {
       x_command_ = towards(x_command_, clamp(next, p().x_min, p().x_max), p().x_step);
     }
     if (loops_since_frame_ < p().loops_per_frame) ++loops_since_frame_;
+    // The law, with a difference that fades after a change of mode, so that the torque does not jump.
     tau_allowed_ = limited(tau_allowed_ + p().allowed_step, p().torque_limit);
     const int32_t free = wanted_acceleration();
     if (joins_) {
@@ -288,6 +293,7 @@ void OrthosisCore<P>::move_torque_command() {
       bump_step_ = times(magnitude(bump_), p().per_ramp_loop) + 1;
     }
     bump_ = towards(bump_, 0, bump_step_);
+    // The bound at the hand, then the limits of size and rate.
     const int32_t asked = free + bump_, given = bounded(asked);
     if (given != asked) happened_ |= kBounded;
     const int32_t wanted = limited(given + tau_dis_, tau_allowed_);
