@@ -13,8 +13,7 @@ class OutputStream : public std::ostream {
  public:
   // Throws like NewFile.
   explicit OutputStream(const std::filesystem::path& wanted);
-  ~OutputStream()
-      override;  // without finish() or keep(): removes the file, because half a result looks like a whole one
+  ~OutputStream() override;  // without finish() or keep(): removes the file, as half a result looks whole
 
   // Throws std::runtime_error if not all data are in the file.
   void finish();
