@@ -1,4 +1,4 @@
-// What happens to a datagram on its way: lost or delayed, drawn from a seed, in virtual time. One model per direction.
+// Fate of a datagram on its way: lost or delayed, drawn from a seed, in virtual time. One model per direction.
 #pragma once
 
 #include <array>
@@ -37,11 +37,11 @@ class LinkModel {
     Nanoseconds delay;  // never negative; drawn also for a lost one
   };
 
-  // Throws std::invalid_argument for values that no link has.
+  // Throws std::invalid_argument for values that no link can have.
   LinkModel(const LinkModelParams& params, std::uint64_t seed, LinkDirection direction);
 
-  // `now` counts from the start of the link. Each offer takes the same number of draws, so the delays of the others
-  // stay when loss, jitter or cut change. Where nothing is left to chance there is none.
+  // `now` counts from the start of the link. Each call takes the same number of random draws, so that a change of loss,
+  // jitter or cut does not change the delays of other datagrams. A link without chance draws none.
   Fate offer(Nanoseconds now) noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// One direction of the scene's network as the link model takes it; for the program and for the simulator alike.
+// Parameters of the link model for one direction of the scene's network, for the program and for the simulator.
 #pragma once
 
 #include <algorithm>
@@ -25,8 +25,8 @@ inline LinkModelParams link_params(const scene::Path& path) {
   return params;
 }
 
-// Room for every datagram that this direction can hold on its way, one a tick; a normal delay beyond ten deviations is
-// not to be met.
+// Number of datagrams, one per tick, that can be on their way in this direction; a normal delay beyond ten deviations
+// does not occur.
 inline std::size_t datagrams_on_way(const scene::Path& path, double tick_s) {
   const double longest = std::max(path.delay_s(), path.has_detour_delay_s() ? path.detour_delay_s() : 0.0);
   return static_cast<std::size_t>((longest + 10.0 * path.jitter_s()) / tick_s) + 16;

@@ -14,16 +14,16 @@ namespace farhand {
 
 class PendingDatagrams {
  public:
-  static constexpr std::size_t kMaxBytes = 512;  // a handshake's longest and the stamp
+  static constexpr std::size_t kMaxBytes = 512;  // the longest datagram of a handshake, and the stamp
 
-  // All memory is taken here.
+  // Allocates all memory.
   explicit PendingDatagrams(std::size_t capacity) : slots_(capacity) {
     heap_.reserve(capacity);
     free_.reserve(capacity);
     for (std::size_t i = capacity; i-- > 0;) free_.push_back(i);
   }
 
-  // False, and nothing is kept, if it is full or the datagram too long.
+  // Returns false and keeps nothing if it is full or the datagram is too long.
   bool push(Nanoseconds due, std::span<const std::byte> bytes) noexcept {
     if (free_.empty() || bytes.size() > kMaxBytes) return false;
     const std::size_t slot = free_.back();

@@ -1,6 +1,6 @@
-// Stands between two stations on real sockets and does to their datagrams what the link model says. The slave dials the
-// shim, the shim dials the master; answers go to the newest client. Every datagram leaves at its arrival (as the kernel
-// stamped it) plus the delay drawn for it, in the order of these times.
+// Stands between two stations on real sockets and applies the link model to their datagrams. The slave dials the shim,
+// the shim dials the master; answers go to the newest client. Every datagram leaves at its arrival (by the kernel's
+// stamp) plus the delay drawn for it, in the order of these times.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace farhand {
 
-// One direction, and what became of its datagrams.
+// One direction, with the counts of its datagrams.
 struct ShimWay {
   LinkModel model;
   UdpSocket* in;
@@ -27,7 +27,7 @@ struct ShimWay {
 
   std::uint64_t entered = 0;
   std::uint64_t lost = 0;      // by the model
-  std::uint64_t overflow = 0;  // more waiting than there is room for
+  std::uint64_t overflow = 0;  // the queue was full
   std::uint64_t unsent = 0;    // nobody to send to, or refused by the system
   DelayStatistics asked{}, achieved{}, lateness{};
 

@@ -6,8 +6,8 @@
 
 namespace farhand {
 
-// The scene must be complete, as load_scene returns it. Throws std::invalid_argument, with the name of the field, for
-// what the integers of the MCU do not carry.
+// The scene must be complete, as load_scene returns it. Throws std::invalid_argument, with the name of the field, for a
+// value that the integers of the MCU cannot hold.
 OrthosisEmulator::Params emulator_params(const scene::Scene& scene);
 
 }  // namespace farhand

@@ -1,5 +1,5 @@
-// Says while it happens that the host is too slow for an emulator: from a thread of its own, so that its loop neither
-// prints nor waits.
+// Reports, while it happens, that the host is too slow for an emulator. A thread of its own prints, so that the loop
+// neither prints nor waits.
 #pragma once
 
 #include <atomic>
@@ -14,11 +14,11 @@
 
 namespace farhand {
 
-// What there is to say at each look. A stall is known when it is over, and may be longer than the time since the last
-// look.
+// Decides what to report each time it is called. A stall is known only when it is over, and may be longer than the time
+// since the last call.
 class LeftOut {
  public:
-  // all_ms: left out so far; now_s: since the start. Nothing, or a sentence.
+  // all_ms: time left out so far; now_s: time since the start. Returns a sentence, or an empty one.
   std::string look(std::uint64_t all_ms, double now_s) {
     const std::uint64_t ms = all_ms - std::exchange(all_ms_, all_ms);
     const double since_s = now_s - std::exchange(looked_s_, now_s);
@@ -50,7 +50,7 @@ class SlowHost {
   SlowHost(const SlowHost&) = delete;
   SlowHost& operator=(const SlowHost&) = delete;
 
-  // From the loop: so many ms of the device's time were left out.
+  // Called by the loop: `ms` of the device's time were left out.
   void missed(std::uint64_t ms) noexcept {
     stalls_.fetch_add(1, std::memory_order_relaxed);
     ms_.fetch_add(ms, std::memory_order_relaxed);

@@ -1,4 +1,4 @@
-// AUTO: which architecture suits the network, and changes of it that nobody feels.
+// AUTOMATIC: which architecture suits the network, and changes between architectures that nobody feels.
 #include <gtest/gtest.h>
 
 #include <algorithm>

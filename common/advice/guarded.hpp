@@ -1,6 +1,7 @@
-// Where the bounds at the two persons hold. What is known of a torque or a speed too late bounds nothing: measured with
-// an honest peer, a therapist was thrown with 10 rad/s and 21 W where his torque was known 50 ms late, and a patient
-// with 10 rad/s at a tick of 20 ms. In virtual time such a scene runs, and says so; no program moves a person by it.
+// Settings with which the bounds at the two persons hold. A bound does not work if torque or speed is known too late:
+// measured with an honest peer, a therapist was thrown with 10 rad/s and 21 W when his torque was known 50 ms late, and
+// a patient with 10 rad/s at a tick of 20 ms. Virtual time runs such a scene, with a warning; no program moves a person
+// with it.
 #pragma once
 
 #include <string>
@@ -13,7 +14,7 @@ namespace farhand {
 // The scene must be complete.
 std::vector<Complaint> unguarded_settings(const scene::Scene& scene);
 
-// For what runs in real time. Throws std::invalid_argument, with a sentence for each.
+// For programs that run in real time. Throws std::invalid_argument, with a sentence for each setting.
 void refuse_unguarded(const scene::Scene& scene);
 
 }  // namespace farhand

@@ -1,5 +1,5 @@
-// The loops of a scene as common/analysis knows them: each side in each contact that it meets, and both joined by the
-// network.
+// The loops of a scene in the form of common/analysis: each side in each contact that it meets, and both sides joined
+// by the network.
 #pragma once
 
 #include <optional>
@@ -19,29 +19,29 @@ struct Contact {
   bool one_sided = false;
 };
 
-// Free motion first, then what the slave touches within the run.
+// Free motion first, then the objects that the slave touches within the run.
 std::vector<Contact> contacts(const scene::Scene& scene);
 
-// With the therapist's arm in it.
+// The master's loop, with the therapist's arm.
 SideLoop master_loop(const scene::Scene& scene);
 SideLoop direct_slave_loop(const scene::Scene& scene, const Contact& contact);
 OrthosisLoop orthosis_loop(const scene::Scene& scene, const Contact& contact);
 
-// f_1 and f_2 of this contact are named of it: a hand, not a wall.
+// True if f_1 and f_2 are estimated from this contact: a hand, not a wall.
 bool names_thresholds(const scene::Scene& scene, const Contact& contact);
-// One loop of four channels goes around both sides, and `teleoperator` is it.
+// True if one loop of four channels goes around both sides; `teleoperator` returns it.
 bool joined_by_four_channels(const scene::Scene& scene);
 
-// Spectral radius of the slave's loop, whichever device it is.
+// Spectral radius of the slave's loop, for either device.
 double slave_radius(const scene::Scene& scene, const Contact& contact);
 
-// How long packets of this path are held so that nearly all arrive in their turn: the play-out's depth.
+// Depth of the play-out for this path: the time for which packets are held so that nearly all arrive in their turn, s.
 double needed_playout_s(const scene::Path& path);
 
-// At rest in this contact, in the size of the master; nothing in free motion.
+// The state of rest in this contact, in the size of the master; empty in free motion.
 std::optional<SteadyContact> steady_contact(const scene::Scene& scene, const Contact& contact);
 
-// The share of the compensation that stands in the master's law in this contact.
+// The share of the compensation that the master's law uses in this contact.
 double alpha_in(const scene::Scene& scene, const Contact& contact);
 
 Teleoperator teleoperator(const scene::Scene& scene, const Contact& contact);

@@ -1,6 +1,6 @@
-// What a scene that can run will not do well: loops beyond their limit, settings that do not fit each other. Each
-// sentence names the fields, their values and the bound. The bounds of loops are those of common/analysis for exactly
-// this scene; the others are rules measured with these laws.
+// Warnings about scenes that will run badly: loops beyond their stability limit, settings that do not fit each other.
+// Each sentence names the fields, their values and the bound. The bounds of loops are those of common/analysis for
+// exactly this scene; the others are rules measured with these laws.
 #pragma once
 
 #include <string>

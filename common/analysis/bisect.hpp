@@ -1,12 +1,13 @@
-// Where does something that holds cease to hold?
+// Bisection for the boundary of a predicate.
 #pragma once
 
 #include <cmath>
 
 namespace farhand {
 
-// The first p in [lowest, highest], on a scale of ratios, at which holds(p) fails: looked for in ratios of step, then
-// halved to rounding. 0 if it fails at lowest already, highest if it never does.
+// The boundary p in [lowest, highest] up to which holds(p) is true. It is bracketed in steps of the ratio `step`, and
+// the bracket is halved, on a logarithmic scale, down to rounding. Returns 0 if holds fails at `lowest` already, and
+// `highest` if it never fails.
 template <class Holds>
 double first_failure(const Holds& holds, double lowest, double highest, double step = 1.05, int halvings = 50) {
   if (!holds(lowest)) return 0.0;

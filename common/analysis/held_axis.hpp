@@ -1,4 +1,4 @@
-// What an axis does within one period while its torque is held (zero-order hold), exactly:
+// Exact motion of an axis within one period while its torque is held (zero-order hold):
 //
 //   J x'' + b x' + k x = tau   ->   (x, v)(n+1) = phi (x, v)(n) + gamma tau(n)
 #pragma once

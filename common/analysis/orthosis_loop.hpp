@@ -1,9 +1,10 @@
-// The loop of the orthosis, as its MCU runs it: a velocity-sourced motor pulls a spring, whose torque both observers
-// see at once, and around it the four-channel law with the remote motion standing still:
+// The loop of the orthosis as its MCU runs it. A velocity-sourced motor pulls a spring, whose torque both observers get
+// without delay. Around this works the four-channel law, with the remote motion at rest:
 //
 //   v_motor_ref = v + gain (tau_ref - tau_spring),   tau_ref = J_n [-K_p x - K_d v - K_f f] + tau_dis
 //
-// axis is the joint with what it touches. Friction of the tendons and the limits of motor and references are left out.
+// `axis` is the joint with the object that it touches. Tendon friction and the limits of motor and references are left
+// out.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +26,7 @@ struct OrthosisLoop {
   double g = 100.0, g_v = 500.0;
 };
 
-// From one loop of the MCU to the next, and how it answers an added acceleration with x and f.
+// Its motion from one loop of the MCU to the next, and the response of x and f to an added acceleration.
 class OrthosisMotion {
  public:
   explicit OrthosisMotion(const OrthosisLoop& loop);

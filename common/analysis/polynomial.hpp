@@ -1,4 +1,4 @@
-// Polynomials of a discrete-time loop in z, and how far its slowest or fastest-growing motion grows per tick.
+// Polynomials of a discrete-time loop in z, and the factor per tick of its slowest or fastest-growing motion.
 #pragma once
 
 #include <complex>

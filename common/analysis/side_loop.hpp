@@ -1,10 +1,10 @@
 // The loop of one side with a motor that takes a torque, as the station runs it: derivative, DOB and RTOB as backward
-// Euler filters that see the torque of the last period, and the four-channel law with the remote motion standing still:
+// Euler filters that get the torque of the last period, and the four-channel law with the remote motion at rest:
 //
 //   tau(n) = J_n [-K_p x(n) - K_d v(n) - K_f f(n)] + tau_dis(n),   held for dt on  J x'' + b x' + k x = tau
 //
-// k and b are what the axis touches (hand, wall, the therapist's arm) besides its own friction. All is linear, so that
-// the roots of one polynomial say whether it comes to rest.
+// k and b are those of the object that the axis touches (hand, wall, the therapist's arm), with the axis' own friction.
+// The loop is linear, so that the roots of one polynomial decide whether it comes to rest.
 #pragma once
 
 #include <complex>
@@ -22,18 +22,19 @@ struct SideLoop {
   double g_dis = 200.0, g_reac = 200.0, g_v = 500.0;
 };
 
-// In z, without the roots at exactly 1 that only say that a position, or a torque, may stand anywhere.
+// Characteristic polynomial in z, without the roots at exactly 1, which only mean that position or torque can rest at
+// any value.
 Polynomial characteristic(const SideLoop& loop);
 
-// Below 1: comes to rest.
+// Below 1 the loop comes to rest.
 inline double spectral_radius(const SideLoop& loop) { return spectral_radius(characteristic(loop)); }
 
-// DOB alone on a free rotor without friction:  J_n/J g dt/(1 + g dt) < 2,  whatever the cut-off of the velocity. So it
-// is stable at every g up to J_n/J = 2; this is the largest g_dis dt beyond, or +inf.
+// Largest stable g_dis dt of the DOB alone on a free rotor without friction:  J_n/J g dt/(1 + g dt) < 2,  whatever the
+// cut-off of the velocity. Up to J_n/J = 2 it is stable at every g, and the result is +inf.
 double dob_limit(double inertia_ratio);
 
-// How the axis answers an acceleration that the remote side adds to the law's (K_p x_remote + K_d v_remote - K_f
-// f_remote), and an error of its own encoder.
+// Response of the axis to an acceleration that the remote side adds to the law's (K_p x_remote + K_d v_remote - K_f
+// f_remote), and to an error of its own encoder.
 class SideResponse {
  public:
   using Complex = std::complex<double>;
@@ -57,9 +58,9 @@ class SideResponse {
   Polynomial numerator_, denominator_, characteristic_, feedback_, reference_;
 };
 
-// RMS of the torque, in N m, that the counts of the encoders leave in it: of its own and of the remote one, whose
-// motion is received. Errors count as white and uniform over a count, which is what an axis on the move reads. 0 counts
-// per revolution: none.
+// RMS torque, in N m, caused by the counts of two encoders: the own one, and the remote one whose motion is received.
+// Errors are assumed white and uniform over a count, as for an axis in motion. 0 counts per revolution: an ideal
+// encoder.
 double encoder_noise(const SideLoop& loop, double counts_per_rev);
 double encoder_noise(const SideLoop& loop, const SideLoop& remote, double remote_counts_per_rev);
 

@@ -1,6 +1,7 @@
-// Both sides joined by the network: does what goes around through both delays die out? Linear, and complete: laws,
-// observers and CDOB as the stations run them, the therapist's arm, what the slave touches, the delay in whole ticks.
-// The number of growing motions is counted by the argument principle, because the delay line has hundreds of states.
+// Both sides joined by the network: does a motion that goes around through both delays die out? The model is linear and
+// complete: laws, observers and CDOB as the stations run them, the therapist's arm, the object that the slave touches,
+// the delay in whole ticks. Growing motions are counted by the argument principle, because the delay line has hundreds
+// of states.
 #pragma once
 
 #include <functional>
@@ -12,12 +13,12 @@ namespace farhand {
 
 struct Teleoperator {
   SideLoop master;  // its axis includes the therapist's arm
-  // How the slave answers an acceleration with what it sends.
+  // Response of the slave: the motion that it sends, to an acceleration.
   std::function<SideResponse::Sent(std::complex<double> z)> slave;
-  int round_trip = 2;        // ticks from the master's tick to the one in which it hears of it
+  int round_trip = 2;        // ticks from a master's tick to the tick in which its effect is received
   bool compensated = false;  // CDOB
-  bool with_force = false;   // its model knows f_s
-  double alpha = 1.0;        // of the SDCV, as if it stood still
+  bool with_force = false;   // its model includes f_s
+  double alpha = 1.0;        // of the SDCV, taken as constant
   double g_net = 1000.0;
 };
 
@@ -26,7 +27,7 @@ std::function<SideResponse::Sent(std::complex<double> z)> direct_slave(const Sid
 std::function<SideResponse::Sent(std::complex<double> z)> orthosis_slave(const OrthosisLoop& loop, double tick_s,
                                                                          double g_v);
 
-// Motions of the whole that grow by more than this factor per tick; each side by itself must not.
+// Number of motions that grow by more than this factor per tick; each side by itself must be stable.
 int growing_motions(const Teleoperator& teleoperator, double factor = 1.0);
 
 // Two channels (common/law/two_channel.hpp), whose law moves an axis by K_f times a torque: the loops of both sides

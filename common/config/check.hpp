@@ -1,5 +1,5 @@
-// Fills in the defaults of a scene and finds everything in it that cannot run. Knows no file: a complaint names the
-// field by path.
+// Fills in the defaults of a scene and finds every setting with which it cannot run. It does not know the file: a
+// complaint names the field by its path.
 #pragma once
 
 #include <string>

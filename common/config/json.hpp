@@ -1,4 +1,4 @@
-// A JSON value. The library behind it is included by one source only: it costs each that includes it five seconds.
+// A JSON value. Only one source includes the library behind it, which costs each source that includes it five seconds.
 #pragma once
 
 #include <concepts>

@@ -96,8 +96,8 @@ class Rows {
   std::string_view text_;
 };
 
-// Where each field of the scene was written: "file:line:column", "--set a.b=c". What was not written is looked for
-// where the group around it was.
+// The place where each field of the scene was written: "file:line:column", "--set a.b=c". A field that was not written
+// has the place of the group around it.
 class Places {
  public:
   explicit Places(const std::string& file) { places_[""] = file; }
@@ -148,8 +148,8 @@ std::string quoted(const std::string& sentence, int which) {
   return sentence.substr(begin + 1, end - begin - 1);
 }
 
-// Takes what the parser says and adds what would have been right. Unknown fields are let pass by the parser (as
-// warnings), so that one does not hide the next; here they are mistakes like the others.
+// Takes the sentences of the parser and adds the values that would be allowed. The parser only warns of unknown fields,
+// so that one does not hide the next; here they are mistakes like the others.
 class ParserMessages : public google::protobuf::io::ErrorCollector {
  public:
   ParserMessages(Mistakes& mistakes, std::string place, std::optional<Rows> rows)
@@ -208,7 +208,7 @@ TextFormat::Parser strict_parser(ParserMessages& messages) {
   return parser;
 }
 
-// Nothing but text may reach the parser, because its sentences quote what they found.
+// Only text may reach the parser, because its sentences quote their input.
 const char* why_not_text(const std::string& bytes) {
   using Utf8 = boost::nowide::utf::utf_traits<char>;
   for (auto next = bytes.begin(); next != bytes.end();) {
@@ -294,6 +294,7 @@ class Override {
                       did_you_mean_field(step->name, *message.GetDescriptor()));
     if (step->index && !field->is_repeated()) return complain(done + step->name + " is not a list");
 
+    // In a list an index one behind the last, or none, appends an element.
     const auto& reflection = *message.GetReflection();
     const int size = field->is_repeated() ? reflection.FieldSize(message, field) : 0;
     if (step->index && *step->index > size)
@@ -306,6 +307,7 @@ class Override {
     if (field->is_repeated() && !step->index)
       return complain(done + step->name + " is a list; say which element, such as " + step->name + "[0]");
 
+    // Go on in the group of this field, which is made if it is absent.
     const bool appended = field->is_repeated() && index == size;
     Message* nested = !field->is_repeated() ? reflection.MutableMessage(&message, field)
                       : appended            ? reflection.AddMessage(&message, field)
@@ -316,6 +318,7 @@ class Override {
 
   void assign(Message& message, const FieldDescriptor& field, int index, const std::string& value,
               const std::string& here) {
+    // Parse into an empty message, which shows whether the value sets exactly this field.
     const std::unique_ptr<Message> fresh(message.New());
     ParserMessages messages(mistakes_, place_, {});
     if (!strict_parser(messages).ParseFromString(field.name() + ": " + value, fresh.get())) return;
@@ -324,6 +327,7 @@ class Override {
     reflection.ListFields(*fresh, &given);
     if (given.size() != 1 || (field.is_repeated() && reflection.FieldSize(*fresh, &field) != 1))
       return complain("must give one value for one field");
+    // Merging appends to a list; the new element then replaces the one at the index.
     if (!field.is_repeated()) reflection.ClearField(&message, &field);
     message.MergeFrom(*fresh);
     if (field.is_repeated() && index + 1 < reflection.FieldSize(message, &field)) {
@@ -367,6 +371,7 @@ LoadedScene load_scene_text(const std::string& text, const std::string& path, st
                             std::optional<std::uint64_t> seed) {
   if (text.size() > kMaxBytes) throw ConfigError(path + ": is larger than 1 MiB, so it is not a scene file");
   if (const char* why = why_not_text(text)) throw ConfigError(path + ": " + why);
+  // Parse, with the place of every field for the sentences about mistakes.
   LoadedScene loaded{{}, std::filesystem::path(path).stem().string(), path};
   Mistakes mistakes;
   TextFormat::ParseInfoTree tree;
@@ -378,6 +383,7 @@ LoadedScene load_scene_text(const std::string& text, const std::string& path, st
     throw ConfigError(path + ": cannot be read as a scene");
   }
 
+  // Settings of the command line come before the checks, so that they can also correct the file.
   Places places(path);
   places.add_tree(loaded.scene, tree);
   for (const std::string& set : sets) {
@@ -390,6 +396,7 @@ LoadedScene load_scene_text(const std::string& text, const std::string& path, st
     loaded.scene.set_seed(*seed);
     places.overwrite("seed", "--seed " + std::to_string(*seed));
   }
+  // Defaults, ranges and contradictions; all mistakes are reported at once.
   for (const Complaint& complaint : complete_and_check(loaded.scene))
     mistakes.add(places.find(complaint.path), complaint.sentence);
   mistakes.throw_if_any();

@@ -1,5 +1,5 @@
-// From a scene file to settings that can run: text format of Protobuf, every value checked, defaults filled in. Throws
-// before the loop starts, with one sentence per mistake that says where, what and what would be allowed.
+// Turns a scene file into settings that can run: text format of Protobuf, every value checked, defaults filled in.
+// Throws before the loop starts, with one sentence for each mistake, which names place, value and allowed values.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 namespace farhand {
 
 struct LoadedScene {
-  scene::Scene scene;  // complete: what was not given holds its default
+  scene::Scene scene;  // complete: absent settings hold their defaults
   std::string name;    // file name without directory and ending
   std::string path;
 };

@@ -1,4 +1,4 @@
-// What the scene's people do on one side, in order of time.
+// The acts of the scene's operator on one side, in order of time.
 #pragma once
 
 #include <vector>
@@ -12,8 +12,8 @@ class OperatorTimeline {
  public:
   OperatorTimeline(const scene::Scene& scene, Role side);
 
-  // The act that is due at t_s, one per call. Who is to engage waits as a person does who looks at the status line:
-  // until both sides are ready, but no longer than engagement.timeout_s, nor beyond the next act.
+  // The act that is due at t_s, one per call. ENGAGE waits like a person who looks at the status line: until both sides
+  // are ready, but no longer than engagement.timeout_s, and not beyond the next act.
   OperatorAct next(double t_s, bool both_ready) noexcept {
     if (!due(next_, t_s)) return OperatorAct::kNone;
     const Timed& timed = acts_[next_];

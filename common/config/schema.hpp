@@ -1,4 +1,4 @@
-// What scene.proto says about its own fields, as sentences: for the loader's complaints, for `farhand-lab schema` and
+// Descriptions of the fields of scene.proto, as sentences: for the loader's complaints, for `farhand-lab schema` and
 // for tools (JSON).
 #pragma once
 
@@ -15,7 +15,7 @@ namespace farhand {
 
 const scene::FieldInfo& field_info(const google::protobuf::FieldDescriptor& field);
 
-// A field that stays absent unless it is given, such as the patient's hand.
+// True if the field stays absent unless it is given, such as the patient's hand.
 bool may_stay_absent(const google::protobuf::FieldDescriptor& field);
 
 // "a value from 0 to 1e6 N m/rad", "one of LIGHT, NORMAL, FIRM, CUSTOM".

@@ -1,5 +1,5 @@
-// From a checked scene to the constants of the blocks of a station: the only place where these settings get their
-// meaning in code.
+// Converts a checked scene to the constants of the blocks of a station. Only here do these settings get their meaning
+// in code.
 #pragma once
 
 #include "common/station/params.hpp"

@@ -1,4 +1,4 @@
-// From a checked scene to the constants of the simulated world.
+// Converts a checked scene to the constants of the simulated world.
 #pragma once
 
 #include "common/plant/world.hpp"

@@ -1,5 +1,5 @@
-// The host's end of the serial line to the orthosis MCU: references out, telemetry in, and the host's own judgement
-// whether the device can be trusted right now.
+// The host's end of the serial line to the orthosis MCU: references out, telemetry in, and the host's own decision
+// whether the device can be trusted now.
 #pragma once
 
 #include <array>
@@ -27,17 +27,17 @@ class McuAxis {
 
   Port port;
 
-  // Before the loop: s from read to read. Throws std::invalid_argument.
+  // Called before the loop. tick_s: time from read to read, s. Throws std::invalid_argument.
   void ticks_every(double tick_s) {
     if (tick_s < LineAge::kShortestTick || tick_s > LineAge::kLongestTick)
       throw std::invalid_argument("tick_s: the serial line of an MCU needs a tick of 0.00087 to 0.005 s");
     line_ = LineAge(tick_s);
   }
 
-  // The readings are valid while telemetry is fresh, the MCU is in no fault, and it does what it was told: an MCU that
-  // let go by itself (its own watchdog) while the station believes to be engaged is a lost device. So is one that
-  // nobody looked at for longer than the serial timer: what waits in the line then is of unknown age. And so is one
-  // whose line lags, which is judged once all that waits was read.
+  // The readings are valid while telemetry is fresh, the MCU is not in a fault, and its state is the commanded one. The
+  // device counts as lost in three more cases. The MCU has let go by itself (its own watchdog) although the station is
+  // engaged. This host has not read for longer than the serial timer, so that the frames that wait are of unknown age.
+  // The line lags, which is decided after all waiting frames have been read.
   Io::Sensed read(double t_s) noexcept {
     std::array<std::uint8_t, 64> bytes;
     sensed_.periods = 0;
@@ -60,7 +60,7 @@ class McuAxis {
     tell_line();
     const bool lags = measured && sensed_.line == LineQuality::kLags;
     if (lags || !fresh || !awake) line_.forget();
-    if (!fresh) sensed_.device.fault = DeviceFault::kNone;  // of old it may have been reset
+    if (!fresh) sensed_.device.fault = DeviceFault::kNone;  // old faults may have been reset
     sensed_.valid = fresh && awake && !lags && !port.lost() && state_ != mcu::State::kFault && obeys;
     sensed_.at_rest = state_ == mcu::State::kSafe;
     return sensed_;
@@ -76,7 +76,7 @@ class McuAxis {
     const double f_ref = mode == mcu::Mode::kTorque ? -r.f[0] : r.f[0];  // a torque, or the peer's reaction
     mcu::Command frame = command.stop ? mcu::make_stop(seq) : mcu::make_command(mode, seq, r.x[0], r.v[0], f_ref);
     mcu::set_number(frame, number);
-    // A zero first, because the frame that was cut off would swallow the one that follows.
+    // A zero byte first, because a frame that was cut off would otherwise swallow the next one.
     std::array<std::uint8_t, 1 + mcu::kWireBytes> wire{};
     mcu::encode(frame, wire.data() + 1);
     const bool overtakes = command.stop && !stopping_;
@@ -89,7 +89,7 @@ class McuAxis {
     }
   }
 
-  // A port onto a simulated device knows the truth; a real one does not.
+  // Only a port to a simulated device knows the true values.
   Truth truth() const noexcept {
     if constexpr (requires { port.truth(); }) {
       return port.truth();
@@ -147,7 +147,7 @@ class McuAxis {
     return active == mcu::Mode::kTorque ? mcu::State::kTorque : mcu::State::kTrack;
   }
 
-  // The faults of its sensors; to the others its state says enough.
+  // The faults of its sensors; the other faults show in its state.
   static DeviceFault fault_of(std::uint8_t faults) noexcept {
     if ((faults & mcu::kSpringSensor) != 0) return DeviceFault::kSpring;
     return (faults & (mcu::kJointEncoder | mcu::kMotorEncoder)) != 0 ? DeviceFault::kEncoder : DeviceFault::kNone;

@@ -1,6 +1,7 @@
 // The frames between the patient's PC and the orthosis MCU: six payload bytes and a CRC-16, COBS-coded, closed by 0x00.
-// That is ten bytes, the most that 115200 baud carries in the millisecond between two frames. One source for firmware
-// and PC, so freestanding C++14 without floating point; the PC's side in SI is common/device/mcu_si.hpp.
+// That is ten bytes, the most that 115200 baud carry in the millisecond between two frames. Firmware and PC compile the
+// same source; therefore it is freestanding C++14 without floating point. The PC's side in SI is
+// common/device/mcu_si.hpp.
 #pragma once
 
 #include <stdint.h>
@@ -20,13 +21,13 @@ constexpr int32_t kTorqueCountsPerNm = 10000;        // 0.1 mN m
 constexpr int32_t kMotorSpeedCountsPerRadPerS = 16;  // slow byte, +-7.9 rad/s
 constexpr int32_t kCurrentCountsPerA = 64;           // slow byte, up to 3.98 A
 constexpr int16_t kRefLimit = 8191;
-// As f_ref of a SAFE frame, which no force is: let go as fast as the patient's stop does, not by the gentle ramp.
+// As f_ref of a SAFE frame, which no force can be: let go as fast as the patient's stop does.
 constexpr int16_t kStopNow = -8192;
 
-// What the PC asks for. CONFIG is set aside for parameter pages; the core ignores such frames.
+// Mode that the PC asks for. CONFIG is reserved for parameter pages; the core ignores such frames.
 enum class Mode : uint8_t { kSafe = 0, kTrack = 1, kTorque = 2, kConfig = 3 };
-// What the MCU does. While its torque ramps down it still reports the state that it leaves, but FAULT at once: a fault
-// or the patient's stop, as the page of faults tells.
+// State of the MCU. While its torque ramps down it still reports the state that it leaves. FAULT is reported at once,
+// for a fault or the patient's stop; the page of faults shows which.
 enum class State : uint8_t { kSafe = 0, kTrack = 1, kTorque = 2, kFault = 3 };
 
 struct Command {
@@ -43,7 +44,7 @@ struct Telemetry {
   uint8_t slow = 0;    // one byte of the page slow_page(seq)
 };
 
-// The slow byte's meaning goes with the sequence number. A high byte and the low byte after it are of one sample.
+// The sequence number decides the meaning of the slow byte. A high byte and the low byte after it belong to one sample.
 // Counters wrap.
 enum class SlowPage : uint8_t {
   kSpringTorqueHigh,
@@ -57,16 +58,16 @@ enum class SlowPage : uint8_t {
   kFramingErrors,
   kOverruns,
   kFirmware,
-  kCommandEcho,  // newest command: mode in bits 4-5, seq below; what happened since the last such page: Happened
-  kRestart,      // why the MCU started last, bits 0-3; how often it restarted, bits 4-7
+  kCommandEcho,  // newest command: mode in bits 4-5, seq below; events since the last such page: Happened
+  kRestart,      // cause of the last start, bits 0-3; number of restarts, bits 4-7
   kCurrent,
   kNumberHigh,  // bits 4-11 of the newest command's number,
-  kNumberLow,   // bits 0-7 of it, a frame later: each is the newest when its own frame is made
+  kNumberLow,   // bits 0-7, a frame later: each is of the newest command when its frame is made
 };
 // Bits beside the echo of a command.
 enum Happened : uint8_t {
-  kBounded = 64,  // the bound at the hand took off some of what was asked for
-  kSagged = 128,  // silence let go of the torque; SAFE if it lasted
+  kBounded = 64,  // the bound at the hand reduced the torque that was asked for
+  kSagged = 128,  // silence made the MCU let go; it is SAFE if the silence lasted
 };
 // Bits of the fault page. All but kWatchdog keep the MCU out of the active states: kPatientStop until it is released,
 // the others until the MCU is reset.
@@ -75,13 +76,14 @@ enum Fault : uint8_t {
   kMotorEncoder = 2,
   kSpringTorque = 4,
   kOverrun = 8,
-  kWatchdog = 16,  // the last active state ended by silence; cleared by the next start
+  kWatchdog = 16,  // silence ended the last active state; cleared by the next start
   kPatientStop = 32,
   kSpringSensor = 64,  // the spring's sensor and the encoders disagree: one of them, or the spring, is broken
 };
 
 // A command's number has 12 bits, so that an age of up to 4 s is unambiguous. Every frame carries the lowest four as
-// seq; a SAFE frame, whose references say nothing, also the upper eight, as x_ref. In an active mode the MCU counts on.
+// seq. A SAFE frame, whose references are not used, also carries the upper eight, as x_ref. In an active mode the MCU
+// counts on.
 constexpr uint16_t kNumbers = 4096;
 inline void set_number(Command& command, uint16_t number) {
   command.seq = number & 15;
@@ -95,7 +97,7 @@ inline uint16_t number_of(const Command& command, uint16_t before) {
 inline SlowPage slow_page(uint8_t telemetry_seq) { return static_cast<SlowPage>(telemetry_seq & 15); }
 
 // Polynomial 0x3D65 has Hamming distance 6 at this length (the common 0x1021: 4): up to five flipped bits are always
-// seen. Because nothing is xored at the end, the CRC over payload and CRC is 0.
+// detected. Without a final xor the CRC over payload and CRC is 0.
 struct CrcTable {
   uint16_t of_byte[256];
 };
@@ -136,11 +138,11 @@ inline void encode_frame(const uint8_t payload[kPayloadBytes], uint8_t wire[kWir
   }
 }
 
-// Byte by byte from the wire to payloads. Any garbage costs at most the frame it hit and the one it ran into; the next
-// 0x00 starts afresh. A lone 0x00 is nothing, so a sender may put one in front.
+// Decodes payloads from the bytes of the wire. Garbage destroys at most the frame that it hit and the next one;
+// decoding starts anew after the next 0x00. A single 0x00 is ignored, so that a sender may put one in front of a frame.
 class FrameDecoder {
  public:
-  // True when this byte completed a valid frame; payload() holds it until the next call.
+  // Returns true if this byte completed a valid frame; payload() holds it until the next call.
   bool push(uint8_t byte) {
     if (byte != 0) {
       if (count_ < kWireBytes - 1) bytes_[count_] = byte;
@@ -166,7 +168,7 @@ class FrameDecoder {
   uint16_t framing_errors() const { return framing_errors_; }  // wrong length or broken COBS chain; wraps
 
  private:
-  // The chain of zero positions must end exactly behind the last byte. Bytes here are never 0, so it always advances.
+  // The chain of zero positions must end exactly behind the last byte. No byte here is 0, so the chain always advances.
   bool uncobs() {
     uint16_t next_zero = bytes_[0];
     for (uint8_t i = 1; i < kWireBytes - 1; ++i) {

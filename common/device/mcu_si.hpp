@@ -1,4 +1,5 @@
-// The PC's side of the MCU frames in SI: references in, angle and torque out, and what the slow bytes add up to.
+// The PC's side of the MCU frames in SI: makes commands from references, and reads angle, torque and the values that
+// the slow bytes carry.
 #pragma once
 
 #include <cmath>
@@ -9,8 +10,8 @@
 namespace farhand {
 namespace mcu {
 
-// Nearest count, saturated at +-1 rad, +-8 rad/s, +-4 N m. A reference that is not finite asks for SAFE: it must never
-// become a number that looks wanted.
+// Nearest count, saturated at +-1 rad, +-8 rad/s, +-4 N m. A reference that is not finite gives a SAFE frame, because
+// it must never become a number that looks intended.
 inline Command make_command(Mode mode, std::uint8_t seq, double x_ref_rad, double v_ref_rad_s,
                             double f_ref_nm) noexcept {
   Command command;
@@ -44,7 +45,7 @@ class SlowValues {
     const SlowPage page = slow_page(telemetry.seq);
     const std::uint8_t high = bytes_[static_cast<int>(page) - (page == SlowPage::kSpringTorqueHigh ? 0 : 1)];
     bytes_[static_cast<int>(page)] = telemetry.slow;
-    // A low byte counts only straight after its high byte; after a lost frame the pair would be of two samples.
+    // A low byte counts only directly after its high byte; after a lost frame the pair would mix two samples.
     const bool paired = telemetry.seq == ((previous_seq_ + 1) & 63);
     previous_seq_ = telemetry.seq;
     if (page == SlowPage::kSpringTorqueLow && paired) spring_torque_ = joined(high, telemetry.slow);

@@ -1,5 +1,5 @@
-// The other end of the serial line when no board is there: a pseudo terminal that the MCU emulator holds, found by its
-// host through a symbolic link at a path of the user's choice.
+// The other end of the serial line without a board: a pseudo terminal that the MCU emulator holds. Its host finds it
+// through a symbolic link at a path of the user's choice.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ class Pty {
   Pty(const Pty&) = delete;
   Pty& operator=(const Pty&) = delete;
 
-  // Never wait: 0 when nothing is there, or no room (a host that does not read loses what we say).
+  // These never wait: they return 0 without data, or without room (a host that does not read loses bytes).
   std::size_t write(std::span<const std::uint8_t> bytes) noexcept;
   std::size_t read(std::span<std::uint8_t> buffer) noexcept;
 

@@ -1,4 +1,4 @@
-// The serial line as McuAxis takes it: lost is lost, and found again by itself.
+// The serial line in the form that McuAxis uses: a port that was lost is found again without help.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ class SerialMcuPort {
   explicit SerialMcuPort(const std::string& path) : port_(path) {}
 
   std::size_t read(std::span<std::uint8_t> bytes, double t_s) noexcept {
-    // Only from the second tick on after the loss: by then the station has let go, and opening may cost it ticks.
+    // Only from the second tick after the loss: by then the station has let go, so that opening may cost it ticks.
     if (was_lost_) port_.reopen(from_seconds(t_s));
     was_lost_ = port_.lost();
     return was_lost_ ? 0 : port_.read(bytes);

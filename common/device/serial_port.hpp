@@ -1,6 +1,6 @@
-// The line to the orthosis MCU: 115200 baud 8N1, called from the loop. libserialport opens and configures it; what the
-// library leaves out (noticing that the cable was pulled, locking the port, not resetting the board) is done here.
-// Every call but `reopen` is bounded, without heap and without waiting.
+// The line to the orthosis MCU: 115200 baud 8N1, called from the loop. libserialport opens and configures it. This
+// class adds what the library lacks: it detects that the cable was pulled, locks the port, and does not reset the
+// board. Every call except `reopen` is bounded and neither uses the heap nor waits.
 #pragma once
 
 #include <cstddef>
@@ -32,15 +32,15 @@ class SerialPort {
   SerialPort(const SerialPort&) = delete;
   SerialPort& operator=(const SerialPort&) = delete;
 
-  // How many bytes were taken or given; 0 when there is no room, nothing waiting, or the port is lost.
+  // Number of bytes written or read; 0 if there is no room, no byte is waiting, or the port is lost.
   std::size_t write(std::span<const std::uint8_t> bytes) noexcept;
   std::size_t read(std::span<std::uint8_t> buffer) noexcept;
 
-  // What was written and has not left yet never will: the next bytes do not queue behind it.
+  // Discards bytes that were written and have not left yet, so that the next bytes do not queue behind them.
   void drop_unsent() noexcept;
 
-  // Has the device gone? Asks the kernel, so that one call per tick finds a pulled cable within the tick. Stays true
-  // until `reopen`.
+  // True if the device has gone. Asks the kernel, so that one call per tick detects a pulled cable within the tick.
+  // Stays true until `reopen`.
   bool lost() noexcept;
 
   // Tries the path again, at most every 250 ms; true when the port is there again (then the handshake starts over).

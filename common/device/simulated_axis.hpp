@@ -1,5 +1,5 @@
-// A simulated world where the motor and encoder of a station would be, and its power stage: between two ticks the
-// torque is held, and where ticks cease it falls.
+// A simulated world in place of the motor and encoder of a station, with its power stage: between two ticks the torque
+// is held; when ticks cease it falls.
 #pragma once
 
 #include <algorithm>
@@ -23,11 +23,11 @@ class SimulatedAxis {
 
   void power_stage(const TorqueHold& contract) noexcept { power_stage_ = contract; }
 
-  // Advances the world to t_s (time of the world) under what the power stage makes of the last write.
+  // Advances the world to t_s (time of the world) under the torque that the power stage gives after the last write.
   Io::Sensed read(double t_s) noexcept {
     go_on(t_s);
     Io::Sensed sensed;
-    // A world that left all bounds stands still from then on: its encoder would read like that of a hand at rest.
+    // A world that has diverged stands still from then on: its encoder would look like that of a hand at rest.
     sensed.valid = world_.status() != IntegratorStatus::kDiverged;
     sensed.x[0] = world_.encoder();
     return sensed;
@@ -37,7 +37,7 @@ class SimulatedAxis {
     written_s_ = t_s;
   }
 
-  // As read, while nobody reads.
+  // Advances the world like read(), while the program does not run.
   void go_on(double t_s) noexcept {
     const double held_until = written_s_ + power_stage_.hold_s, over = written_s_ + power_stage_.over_s();
     if (torque_ != 0.0 && t_s > held_until) {

@@ -1,4 +1,4 @@
-// What only a simulated world knows.
+// True values, which only a simulated world knows.
 #pragma once
 
 #include <limits>

@@ -1,6 +1,6 @@
-// Hands the newest value from one thread to another without either ever waiting: three slots, of which the writer owns
-// one, the reader one, and the third changes hands by one atomic exchange. Values in between are lost on purpose.
-// Exactly one writer and one reader.
+// Hands the newest value from one thread to another; neither thread ever waits. Of three slots the writer owns one and
+// the reader one; the third changes hands by one atomic exchange. Older values are overwritten on purpose. There must
+// be exactly one writer and one reader.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ class Latest {
     back_ = shared_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex;
   }
 
-  // False, and `value` untouched, when nothing was written since the last read.
+  // Returns false and leaves `value` unchanged if no value was written since the last read.
   bool read(T& value) noexcept {
     if ((shared_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
     front_ = shared_.exchange(front_, std::memory_order_acq_rel) & kIndex;

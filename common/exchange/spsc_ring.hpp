@@ -1,5 +1,5 @@
-// A fixed ring between one thread that must never wait and one thread that may: push neither locks, waits nor
-// allocates, and says so when there is no room.
+// A ring of fixed size between one thread that must never wait and one thread that may. push neither locks, waits nor
+// allocates; it returns false if there is no room.
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,6 @@
-// The one way in which a program makes a file: a new regular one, for its owner's eyes only, that never takes the place
-// of anything. Recordings, scenes and reports are a patient's data, and an older recording may be the one worth having.
+// Every file that a program makes is made here: a new regular file that only its owner can read, and that never
+// replaces another one. Recordings, scenes and reports are a patient's data, and an older recording may be the more
+// valuable one.
 #pragma once
 
 #include <filesystem>
@@ -15,17 +16,17 @@ std::filesystem::path numbered(const std::filesystem::path& file, int number);
 // The first number under which none of these exists, so that files of one run carry one number.
 int free_number(std::span<const std::filesystem::path> files);
 
-// Throws std::runtime_error with a sentence where no new file or directory of this name, or of a numbered one, can be
-// made: something else than a regular file (a directory) has the name, or the directory around it takes none.
+// Throws std::runtime_error with a sentence if no new file or directory of this name, or of a numbered one, can be
+// made: the name belongs to something other than a regular file (a directory), or its directory accepts no files.
 void require_output(const std::filesystem::path& file);
 void require_output_directory(const std::filesystem::path& directory);
 
-// Whether both names lead to one thing on disk; false where one leads to nothing.
+// True if both names lead to the same file on disk; false if one of them leads to none.
 bool same_on_disk(const std::filesystem::path& a, const std::filesystem::path& b);
 
-// A directory with mode 0700 whatever the umask. False: the name is taken. Throws std::runtime_error.
+// Makes a directory with mode 0700 whatever the umask. Returns false if the name is taken. Throws std::runtime_error.
 bool make_directory(const std::filesystem::path& directory);
-// With all that is missing above it; those that exist keep their mode. Throws std::runtime_error.
+// Also makes missing parent directories; existing ones keep their mode. Throws std::runtime_error.
 void make_directories(const std::filesystem::path& directory);
 
 // A new, empty regular file with mode 0600 whatever the umask, open for writing.
@@ -38,15 +39,15 @@ class NewFile {
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
 
-  // Syncs, closes and takes off the suffix. If another file has got the name meanwhile, the next free one is taken.
-  // Throws std::runtime_error; the file then keeps its suffix.
+  // Syncs, closes and removes the suffix. If another file has got the name meanwhile, the next free one is used. Throws
+  // std::runtime_error; the file then keeps its suffix.
   void complete();
   void discard() noexcept;  // closes and removes
 
   int descriptor() const { return descriptor_; }
-  const std::filesystem::path& file() const { return file_; }       // as it is called when complete
-  const std::filesystem::path& unfinished() const { return now_; }  // as it is called until then
-  // What made it take another name, each once.
+  const std::filesystem::path& file() const { return file_; }       // its name when complete
+  const std::filesystem::path& unfinished() const { return now_; }  // its name until then
+  // Files because of which it got another name, each once.
   const std::vector<std::filesystem::path>& in_the_way() const { return in_the_way_; }
 
  private:
@@ -57,7 +58,7 @@ class NewFile {
   int descriptor_ = -1;
 };
 
-// Empty, or a sentence that says where the file went instead and what stays as it is.
+// Empty, or a sentence that names the file that was made instead, and the one that was kept.
 std::string other_name(const NewFile& file);
 
 }  // namespace farhand

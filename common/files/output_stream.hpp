@@ -1,4 +1,4 @@
-// A stream into a new file. What could not be written is told, with the reason, by finish().
+// A stream into a new file. finish() reports data that could not be written, with the reason.
 #pragma once
 
 #include <array>
@@ -13,12 +13,12 @@ class OutputStream : public std::ostream {
  public:
   // Throws like NewFile.
   explicit OutputStream(const std::filesystem::path& wanted);
-  ~OutputStream() override;  // without finish() or keep(): removes the file, for half a result looks like a whole one
+  ~OutputStream() override;  // without finish() or keep(): removes the file, as half a result looks whole
 
-  // Throws std::runtime_error when not all of it is in the file.
+  // Throws std::runtime_error if not all data are in the file.
   void finish();
 
-  // What is written is of use by itself, as rows of a table are: without finish() too it stays.
+  // Partial data are useful, like rows of a table: the file is kept even without finish().
   void keep() noexcept { kept_ = true; }
 
   const NewFile& made() const { return buffer_.file; }

@@ -1,5 +1,5 @@
-// Text from outside: names, arguments, sentences of a damaged file. Protobuf writes strings that are no UTF-8 but reads
-// them no more, so that one bad name would cost a whole recording.
+// Text from outside: names, arguments, sentences of a damaged file. Protobuf writes strings that are not UTF-8 but does
+// not read them again, so that one bad name would make a whole recording unreadable.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace farhand {
 
 // By RFC 3629: no overlong forms, no surrogates, nothing above U+10FFFF.
 bool is_utf8(std::string_view text);
-// Each byte that belongs to no character as \xNN; all else as it is.
+// Replaces each byte that belongs to no character by \xNN; the rest is unchanged.
 std::string as_utf8(std::string_view text);
 
 }  // namespace farhand

@@ -1,7 +1,7 @@
-// Least squares whose intervals are honest where errors are not independent from row to row (those of a quantised
-// encoder are not): rows come in blocks that are, and the scatter that leaving out one block after the other makes
-// (delete-one jackknife, Student's t) says how sure the result is. Memory is fixed: when the blocks are all used, two
-// neighbours become one.
+// Least squares whose confidence intervals are valid although errors are not independent from row to row (those of a
+// quantised encoder are not). Rows come in blocks that are independent. The blocks are left out one after the other,
+// and the scatter of the results gives the interval (delete-one jackknife, Student's t). Memory is fixed: when all
+// blocks are used, neighbours are merged.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -22,10 +22,10 @@ class BlockedLeastSquares {
   static constexpr int kFewestBlocks = 6;
 
   struct Solution {
-    bool determined = false;  // enough blocks, and the rows tell all parameters apart
+    bool determined = false;  // enough blocks, and the rows determine all parameters
     Row value = Row::Zero();
     Row half_width = Row::Zero();  // of the interval of 95 %
-    double residual = 0.0;         // RMS of what is left of y
+    double residual = 0.0;         // RMS of the part of y that the fit leaves
     double spread = 0.0;           // RMS of y
     int rows = 0, blocks = 0;
   };
@@ -76,8 +76,8 @@ class BlockedLeastSquares {
       fourth += apart.cwiseAbs2();
     }
     for (int i = 0; i < P; ++i) {
-      // Blocks that say little of a parameter are no degrees of freedom of its scatter (Satterthwaite; of a normal
-      // distribution the fourth power is three times the square of the variance).
+      // Blocks with little information on a parameter add little to the degrees of freedom of its scatter
+      // (Satterthwaite; for a normal distribution the mean fourth power is three times the square of the variance).
       const double freedom = 3.0 * square[i] * square[i] / fourth[i];
       const int n = std::isfinite(freedom) ? std::clamp(static_cast<int>(freedom), 1, s.blocks - 1) : 1;
       s.half_width[i] = student_975(n) * std::sqrt(square[i] * (s.blocks - 1.0) / s.blocks);
@@ -105,11 +105,12 @@ class BlockedLeastSquares {
     }
   };
 
-  // What leaving out a block changes, as a difference: so small that the mean of the values would drown it.
+  // Change of the result when a block is left out. It is computed as a difference, because it is too small to be found
+  // by subtracting two results.
   static Row without(const Sums& all, const Sums& block, const Row& value) noexcept {
     return block.rows > 0 ? Row(solved(all - block) - value) : Row(Row::Zero());
   }
-  // Without the units: columns of length 1.
+  // Solves with columns scaled to length 1, so that units do not matter.
   static Row solved(const Sums& sums) noexcept {
     const Row scale = sums.gram.diagonal().cwiseSqrt().cwiseInverse();
     const Gram g = scale.asDiagonal() * sums.gram * scale.asDiagonal();

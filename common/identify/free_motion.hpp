@@ -1,14 +1,14 @@
-// Inertia, friction and weight of an axis that moves freely under a torque that is known.
+// Estimates inertia, friction and weight of an axis that moves freely under a known torque.
 //
 //   tau = J a + D v + F_c sign v - P sin x - Q cos x,   P = G cos angle, Q = G sin angle    (observer/axis_model.hpp)
 //
-// Constant velocity tells the friction, accelerated motion the inertia (Daud 2011, B.2); both together are one linear
-// regression. Nothing is differentiated: each window of the motion is weighted with sin^2, and the two differences of
-// the angle fall on the weight, so that quantisation enters each row once, bounded. Only windows in which the axis
-// slides in one direction throughout are rows. A sweep is a block.
+// Motion at constant velocity determines the friction, accelerated motion the inertia (Daud 2011, B.2); both together
+// are one linear regression. The angle is not differentiated: each window of the motion is weighted with sin^2, and the
+// two derivatives are moved to the weight by partial integration, so that quantisation enters each row once, bounded.
+// Only windows in which the axis slides in one direction throughout become rows. A sweep is a block.
 //
-// What cannot be told apart: J, D, F_c, P and Q all scale with the torque constant; weight looks like a spring of -P
-// and a constant torque of -Q, a limp hand like more inertia and friction.
+// Some effects cannot be separated: J, D, F_c, P and Q all scale with the torque constant; weight looks like a spring
+// of -P and a constant torque of -Q, and a limp hand like more inertia and friction.
 #pragma once
 
 #include <array>
@@ -23,10 +23,10 @@ struct Estimate {
 };
 
 struct FreeMotionEstimate {
-  bool determined = false;  // else it moved too little, or too much alike
+  bool determined = false;  // false: the motion was too small, or too uniform
   Estimate J, viscous, coulomb, P, Q;
   double residual = 0.0;  // N m, RMS over the rows
-  double expected = 0.0;  // N m, what the encoder's resolution alone would leave of it
+  double expected = 0.0;  // N m, the part of it that the encoder's resolution explains
   double torque = 0.0;    // N m, RMS over the rows
   int rows = 0, sweeps = 0;
 };
@@ -52,7 +52,7 @@ class FreeMotion {
   // The next sample does not follow the last one.
   void interrupt() noexcept { filled_ = 0; }
 
-  // Forgets all.
+  // Forgets all samples.
   void restart() noexcept {
     rows_ = {};
     filled_ = last_direction_ = 0;

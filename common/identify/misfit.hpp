@@ -1,4 +1,4 @@
-// What can be wrong with an axis that was identified.
+// The ways in which an identified axis can differ from the scene.
 #pragma once
 
 #include <cstdint>

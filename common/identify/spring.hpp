@@ -1,12 +1,13 @@
-// Constant of a spring: slope of its torque over its deflection while it is slowly loaded and let go, the joint held
-// or not. Zero errors of both sensors stay out of it. A branch in which the load only grows, or only falls, is a block.
+// Estimates the constant of a spring: slope of its torque over its deflection while it is slowly loaded and released,
+// with the joint held or not. Zero errors of both sensors have no effect. A branch in which the load only grows, or
+// only falls, is a block.
 //
 //   torque = k deflection + c
 //
-// A joint that its stop or a hand holds within a count of its encoder seems not to move at all: what it gives way hides
-// in k, up to a count over the deflection (0.3 % at 0.1 rad), and no interval shows it.
+// A joint that its stop or a hand holds within one count of its encoder seems not to move at all. Its small motion
+// becomes an error of k, of up to a count over the deflection (0.3 % at 0.1 rad), which no interval shows.
 //
-// The scale of the torque sensor (or of the known load) goes wholly into k: they cannot be told apart.
+// An error in the scale of the torque sensor (or of the known load) enters k completely: they cannot be separated.
 #pragma once
 
 #include "common/identify/free_motion.hpp"
@@ -14,10 +15,10 @@
 namespace farhand {
 
 struct SpringEstimate {
-  bool determined = false;  // else it was loaded too little
+  bool determined = false;  // false: the load was too small
   Estimate k, offset;       // N m/rad, N m
   double residual = 0.0;    // N m, RMS over the rows
-  double expected = 0.0;    // N m, what the resolution of both encoders alone would leave of it
+  double expected = 0.0;    // N m, the part of it that the resolution of both encoders explains
   double torque = 0.0;      // N m, half of the range of the torque
   int rows = 0, branches = 0;
 };
@@ -33,8 +34,8 @@ class Spring {
 
  private:
   static constexpr int kMean = 32;       // samples to a row
-  static constexpr double kTurn = 0.02;  // N m; the load turned round when it went back by this
-  static constexpr double kLeast = 0.1;  // N m, range of the torque
+  static constexpr double kTurn = 0.02;  // N m; the load counts as reversed when it went back by this
+  static constexpr double kLeast = 0.1;  // N m, least range of the torque
 
   double resolution_;
   double deflection_sum_ = 0.0, torque_sum_ = 0.0;

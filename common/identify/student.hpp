@@ -1,4 +1,4 @@
-// Student's t: how many standard errors reach as far as 95 % of all results.
+// Student's t: number of standard errors within which 95 % of all results lie.
 #pragma once
 
 namespace farhand {

@@ -1,6 +1,5 @@
-// How an axis is moved to be identified: to and fro between two angles, at a quarter, half and all of a speed, from
-// rest to rest with a constant acceleration at both ends. Where it is led is bounded here, with what torque by the
-// gate.
+// The motion by which an axis is identified: to and fro between two angles, at a quarter, half and all of a speed, from
+// rest to rest with a constant acceleration at both ends. The angles are bounded here, the torque by the gate.
 #pragma once
 
 #include "common/signal/motion.hpp"
@@ -18,20 +17,20 @@ class Sweeps {
  public:
   Sweeps(const SweepsParams& params, double dt_s) noexcept : params_(params), dt_s_(dt_s) {}
 
-  // x: where it stands now, and where it is led back to.
+  // x: present angle, to which the axis is led back at the end, rad.
   void begin(double x) noexcept;
 
-  // The motion to follow; its force is none.
+  // The motion to follow; its force is 0.
   Motion<1> step(int ticks) noexcept;
 
   bool sweeping() const noexcept { return number_ > 0 && number_ <= 6 * params_.rounds; }
   bool done() const noexcept { return number_ > 6 * params_.rounds + 2; }
-  double duration_s() const noexcept;  // from begin() to done(), but for the ways there and back
+  double duration_s() const noexcept;  // from begin() to done(), without the ways to the first sweep and back
 
  private:
   static constexpr double kRest = 0.25;  // s, before each way
-  // No two sweeps are alike, by this share: else each would meet the encoder's counts as the last one did, and errors
-  // that repeat do not show as scatter.
+  // Share by which sweeps differ from each other: equal sweeps would meet the encoder's counts in the same way, and
+  // errors that repeat do not show as scatter.
   static constexpr double kVary = 0.1;
 
   struct Way {
@@ -46,7 +45,7 @@ class Sweeps {
   SweepsParams params_;
   double dt_s_;
   double start_ = 0.0, t_ = 0.0;
-  int number_ = 0;  // 0 leads to the low end, the last but one back
+  int number_ = 0;  // 0 leads to the low end, the last but one leads back
 };
 
 }  // namespace farhand

@@ -1,7 +1,7 @@
-// A plant that is affine in its state while a mode holds: x' = A x + b + e r(t), with r a quintic plus one sine, which
-// is what the intended movements are made of, and with guards made of affine functions. Such a plant can be propagated
-// without any step error (closed_form.hpp). Everything is asked for in the scalar type of the propagator, so that the
-// same plant also yields the reference in long double.
+// A plant that is affine in its state within a mode: x' = A x + b + e r(t). r is a quintic plus one sine, of which the
+// intended movements consist, and the guards are made of affine functions. Such a plant can be propagated without any
+// step error (closed_form.hpp). The scalar type is that of the propagator, so that the same plant also gives the
+// reference in long double.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +17,8 @@
 
 namespace farhand {
 
-// body(0), body(1) ... body(N - 1) without a loop: at -O2 the compiler keeps a loop, and a state in memory for it,
-// where N is 2.
+// body(0), body(1) ... body(N - 1) without a loop: at -O2 the compiler keeps a loop even for N = 2, and with it the
+// state in memory.
 template <std::size_t N, class Body>
 constexpr void unrolled(Body&& body) noexcept {
   [&]<std::size_t... i>(std::index_sequence<i...>) { (body(std::integral_constant<std::size_t, i>{}), ...); }
@@ -28,14 +28,14 @@ constexpr void unrolled(Body&& body) noexcept {
 template <class T, std::size_t S>
 struct AffineFlow {
   std::array<std::array<T, S>, S> A{};  // row by row
-  std::array<T, S> b{};                 // everything that is constant between two ticks, the held input included
-  std::array<T, S> e{};                 // how the forcing acts
+  std::array<T, S> b{};                 // all that is constant between two ticks, the held input included
+  std::array<T, S> e{};                 // effect of the forcing
 };
 
 // r(t), valid until the plant's next_break.
 template <class T>
 struct Forcing {
-  T begin = 0;                    // s; the rest counts from here
+  T begin = 0;                    // s, origin of time for the coefficients
   std::array<T, 6> polynomial{};  // coefficient of s^j
   T omega = 0;                    // rad/s
   T sine = 0, cosine = 0;
@@ -47,7 +47,7 @@ struct Forcing {
     if (sine == 0 && cosine == 0) return r;
     return r + sine * std::sin(omega * s) + cosine * std::cos(omega * s);
   }
-  // The same function, counted from s later.
+  // The same function with its origin of time moved by s.
   Forcing later(T s) const noexcept {
     Forcing r{begin + s, polynomial, omega, 0, 0};
     unrolled<5>([&](auto from) {  // by synthetic division
@@ -81,9 +81,10 @@ struct AffineForm {
   }
 };
 
-// At least zero while the mode holds. One form is enough for a contact that pushes; an open contact of spring and
-// damper closes only once penetration and push are both positive, so it needs the larger of two; a joint that sticks
-// lets go to either side, so it needs the smaller. kNever: cannot fall (the wall that a scene does not have).
+// At least zero within the mode. One form suffices for a contact that pushes. An open contact of spring and damper
+// closes only when penetration and push are both positive; its guard therefore needs the larger of two forms. A joint
+// that sticks can break away to either side; its guard needs the smaller of two forms. kNever: cannot fall (the wall
+// that a scene does not have).
 template <class T, std::size_t S>
 struct AffineGuard {
   enum class Kind { kNever, kOne, kMin, kMax };
@@ -105,13 +106,14 @@ struct AffineGuard {
   }
 };
 
-// `guard_forms` says as forms what `guards` says as values. Within a mode, A, e and the slopes of the guards (kind, c,
-// h) never change; b and d may follow the held input. A plant in whose guards it is never found says so with
-// `static constexpr bool kInputMovesGuards = false`, and its guards are then asked for once per mode. One that has
-// `held()`, the input, and `held_gain<T>(mode)`, by which b follows it, is asked for its flow once per mode, too.
+// `guard_forms` gives as forms the guards that `guards` gives as values. Within a mode A, e and the slopes of the
+// guards (kind, c, h) never change; b and d may depend on the held input. A plant whose guards do not depend on the
+// input declares `static constexpr bool kInputMovesGuards = false`; its guards are then evaluated once per mode. A
+// plant with `held()`, the input, and `held_gain<T>(mode)`, the derivative of b by the input, has its flow evaluated
+// once per mode, too.
 template <class P>
 concept AffinePlant = Plant<P> && requires(const P& plant, Mode mode, double t) {
-  // nullptr, or in words why this plant is not piecewise affine.
+  // nullptr, or the reason, as text, why this plant is not piecewise affine.
   { plant.not_affine() }
   noexcept->std::same_as<const char*>;
   { plant.template flow<double>(mode) }

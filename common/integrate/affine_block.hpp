@@ -1,5 +1,5 @@
-// What a piecewise affine plant does in one length of time in one mode, computed once and applied as often as that
-// length comes again; and the proof that no guard falls on the way.
+// The propagation of a piecewise affine plant over one length of time in one mode, computed once and applied each time
+// that this length recurs; and the proof that no guard falls on the way.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace farhand {
 
-// What a tick consists of is inlined by force: handed over in memory, states of two numbers cost twice the time.
+// The parts of a tick are always inlined: states of two numbers that are passed in memory would take twice the time.
 template <class T, std::size_t S>
 [[gnu::always_inline]] inline std::array<T, S> slope(const SquareMatrix<T, S>& A, const std::array<T, S>& b,
                                                      const std::array<T, S>& e, T r,
@@ -23,8 +23,8 @@ template <class T, std::size_t S>
   unrolled<S>([&](auto i) { z[i] = (b[i] + e[i] * r) + dot(A[i], x); });
   return z;
 }
-// Of the forcing from its start on, over a length: what it adds to the state, how far r is from its start at the end,
-// and all the way that r goes, up and down.
+// Effect of the forcing over a length from its start: the change of the state, the change of r from start to end, and
+// the total distance that r moves, up and down.
 template <class T, std::size_t S>
 struct Push {
   std::array<T, S> state{};
@@ -47,7 +47,7 @@ Push<T, S> push(const AffineResponse<T, S>& response, const Forcing<T>& r) noexc
   }
   return out;
 }
-// What an unforced state does in length + late; `late` is of first order only. A forced one does late_push besides.
+// Propagation of an unforced state over length + late, with `late` to first order only. A forced state adds late_push.
 template <class T, std::size_t S>
 [[gnu::always_inline]] inline std::array<T, S> change(const AffineResponse<T, S>& response, const std::array<T, S>& z,
                                                       T late) noexcept {
@@ -60,9 +60,9 @@ template <class T, std::size_t S>
   });
   return y;
 }
-// At the end of the length a forced state moves by Phi z + A (what the push has added) + e (what r has changed): by the
-// last two more than an unforced one. Left out, their work is missing from the energy at every tick that is late, and
-// as the lengths of ticks far from 0 s are rounded to a lattice, in the same direction for hours
+// At the end of the length the slope of a forced state is Phi z + A (the change by the push) + e (the change of r): the
+// last two terms more than for an unforced state. Without them their work would be missing from the energy at every
+// late tick, and in the same direction for hours, because the lengths of ticks far from 0 s are rounded to a lattice
 // (LongRun.ClockThatIsLateMakesNoEnergy).
 template <class T, std::size_t S>
 std::array<T, S> late_push(const SquareMatrix<T, S>& A, const std::array<T, S>& e, const Push<T, S>& pushed,
@@ -90,12 +90,12 @@ struct AffineBlock {
     { plant.template held_gain<T>(mode) } -> std::same_as<State>;
   };
 
-  // How far a form can move from its value at the start of a block: by reach |x'| + drift * (all the way that r goes).
+  // Bound of the change of a form within a block: reach |x'| + drift * (total distance that r moves).
   struct Bound {
     State reach{};
     T drift = 0;
   };
-  // What a block is for. The length may be off by `slack`; negative: for nothing.
+  // Length and mode of a block. The length may differ by `slack`; negative: unused.
   struct Key {
     Mode mode = 0;
     T omega = 0, length = 0, slack = -1;
@@ -108,7 +108,7 @@ struct AffineBlock {
   Guards guards{};
   std::array<std::array<Bound, 2>, kGuards> bounds{};
   bool simple = false;  // no guard follows input or forcing directly, and each stays up if its first form does
-  // Of the first forms that move alike, as the gaps to all that lies on one side do: the lowest, which falls first.
+  // The lowest of the first forms that move alike, such as the gaps to all contacts on one side: it falls first.
   struct Lowest {
     State c{};
     T d = 1;
@@ -143,14 +143,15 @@ struct AffineBlock {
     }
   }
 
-  // What is left of a form at least within a block, beyond what it may lose. NaN if anything is.
+  // Lower bound of a form within a block, less the possible rounding loss. NaN if any number is NaN.
   static T left_of(const Form& form, const Bound& bound, const State& x, const State& z, T r, T swing) noexcept {
     State modulus;
     unrolled<kStates>([&](auto i) { modulus[i] = std::fabs(z[i]); });
     const T left = (form.d + dot(form.c, x)) - dot(bound.reach, modulus);
     return bound.drift == 0 ? left : left + (form.h * r - bound.drift * swing);
   }
-  // No guard can fall in this block. With kLenient by more than rounding, so that a state may rest on a border.
+  // True if no guard can fall in this block. With kLenient: by more than rounding, so that a state may rest on a
+  // border.
   template <bool kLenient>
   [[gnu::noinline]] bool clear(const Guards& now, const State& x, const State& z, T r, T swing) const noexcept {
     using Kind = typename AffineGuard<T, kStates>::Kind;
@@ -174,7 +175,7 @@ struct AffineBlock {
     return true;
   }
 
-  // The usual case: all guards are far, and their first forms tell.
+  // The usual case: all guards are far, and their first forms suffice to show it.
   [[gnu::always_inline]] bool clear_at_once(const State& x, const State& z, T swing) const noexcept {
     bool all = simple;
     State modulus;
@@ -200,7 +201,7 @@ typename AffineBlock<P, T>::Key AffineBlock<P, T>::fill(const P& plant, Mode mod
   const auto wide = respond(flow.A, flow.e, static_cast<W>(omega), static_cast<W>(length), rows);
   guards = plant.template guard_forms<T>(mode);
   response.length = length;
-  // Late is of first order: its square must not show.
+  // `late` is of first order: its square must be negligible.
   const T fastest = std::max(static_cast<T>(rate), std::fabs(omega));
   const Key key{mode, omega, length,
                 std::min(T(1e-6) * length, std::sqrt(std::numeric_limits<T>::epsilon()) / 8 / fastest)};
@@ -227,7 +228,7 @@ typename AffineBlock<P, T>::Key AffineBlock<P, T>::fill(const P& plant, Mode mod
   for (const auto& guard : guards) {
     simple = simple && guard.kind != AffineGuard<T, kStates>::Kind::kMin && guard.first.h == 0;
   }
-  // A millionth more covers their rounding, and the block being late.
+  // A millionth more covers their rounding and the lateness of the block.
   for (std::size_t g = 0; g < kGuards; ++g) {
     for (const bool second : {false, true}) {
       const auto& form = second ? forms[g].second : forms[g].first;

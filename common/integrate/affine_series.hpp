@@ -1,5 +1,6 @@
-// The solution of an affine flow over a short time as a power series, and when a guard falls on it. A bound of the
-// series' curvature makes the search certain: an interval is put aside only if the guard provably does not fall in it.
+// The solution of an affine flow over a short time as a power series, and the time at which a guard falls on it. A
+// bound of the series' curvature makes the search certain: an interval is excluded only if the guard provably does not
+// fall in it.
 #pragma once
 
 #include <algorithm>
@@ -60,7 +61,7 @@ class AffineSeries {
     return x;
   }
 
-  // The first tau at which the guard falls below zero by more than its rounding; negative: not within 0..1.
+  // First tau at which the guard is below zero by more than its rounding; negative if there is none within 0..1.
   T first_fall(const AffineGuard<T, S>& guard) const noexcept {
     using Kind = typename AffineGuard<T, S>::Kind;
     if (guard.kind == Kind::kNever) return -1;
@@ -105,7 +106,7 @@ class AffineSeries {
     typename AffineGuard<T, S>::Kind kind;
     using Kind = typename AffineGuard<T, S>::Kind;
 
-    // Of those of the two that count.
+    // Value and slope of the forms of the two that count.
     void evaluate(T tau, bool use_first, bool use_second, T& value, T& slope) const noexcept {
       (use_first ? first : second).evaluate(tau, value, slope);
       if (!use_first || !use_second) return;
@@ -130,8 +131,8 @@ class AffineSeries {
         const T half = (to - from) / 2, middle = from + half;
         const Range a = first.range(middle, half);
         const Range b = kind == Kind::kOne ? a : second.range(middle, half);
-        // Which of the two decides here? The larger of two never falls while one of them stays up, and one that is
-        // down throughout does not count.
+        // Finds which of the two forms decides. The larger of two never falls while one of them stays positive; a form
+        // that is negative throughout does not count.
         bool use_a = true, use_b = kind != Kind::kOne;
         if (kind == Kind::kMax) {
           if (a.low >= 0 || b.low >= 0) continue;
@@ -156,7 +157,7 @@ class AffineSeries {
       return -1;
     }
 
-    // Of a falling function: Newton, kept between what is known.
+    // Root of a falling function: Newton's method, kept within the known bracket.
     T root(T from, T to, bool use_first, bool use_second) const noexcept {
       T tau = from + (to - from) / 2;
       for (int i = 0; i < 200; ++i) {
@@ -172,15 +173,15 @@ class AffineSeries {
     }
   };
 
-  // By how far the state and the forcing move at most.
+  // True if the form stays positive even for the largest motion of state and forcing.
   bool stays(const AffineForm<T, S>& form) const noexcept {
     T left = form.value(terms_[0], r_[0]) - std::fabs(form.h) * r_way_;
     for (std::size_t i = 0; i < S; ++i) left -= std::fabs(form.c[i]) * way_[i];
     return left > 0;
   }
 
-  // The form along the series, raised by what rounding can have taken from it: a state left on a border by an event
-  // must not fire again.
+  // The form along the series, raised by its possible rounding error: a state that an event has left on a border must
+  // not cause the event again.
   Polynomial polynomial(const AffineForm<T, S>& form) const noexcept {
     Polynomial p;
     T size = std::fabs(form.d) + std::fabs(form.h) * (std::fabs(r_[0]) + r_way_);
@@ -197,7 +198,7 @@ class AffineSeries {
   std::size_t order_;
   std::array<T, kTerms> r_{};
   std::array<State, kTerms> terms_{};
-  State way_{}, size_{};  // sums of moduli: of what moves, and of all that was added up
+  State way_{}, size_{};  // sums of moduli: of the motion, and of all terms
   T r_way_ = 0;
 };
 

@@ -1,8 +1,8 @@
-// Propagates a piecewise affine plant without step error: what is left is rounding. A tick in which no guard can fall
-// is two small products with responses that were computed once per mode and length. That no guard can fall is proved
-// from bounds of the flow, never sampled, so a contact that closes and opens between two ticks is not missed. Where the
-// proof fails, the way is halved, down to pieces so short that the solution is a power series; on it the fall is
-// located to rounding, the mode is changed and the way goes on.
+// Propagates a piecewise affine plant without step error; only rounding remains. A tick in which no guard can fall
+// takes two small products with responses that were computed once per mode and length. That no guard can fall is proved
+// from bounds of the flow, never sampled, so that a contact that closes and opens between two ticks is not missed. If
+// the proof fails the length is halved, down to pieces so short that the solution is a power series. On the series the
+// fall is located to rounding, the mode is changed, and the propagation goes on.
 #pragma once
 
 #include <algorithm>
@@ -23,9 +23,9 @@
 
 namespace farhand {
 
-// T = long double is the reference for T = double. One object follows one plant: between start and start, only the
-// held input of the plant may change. Of the settings it needs how many events an advance may have and what counts as
-// diverged.
+// T = long double is the reference for T = double. One object belongs to one plant: after start() only the held input
+// of the plant may change. The settings that it uses are the number of events in an advance and the bound for
+// divergence.
 template <AffinePlant P, class T = double>
 class ClosedForm {
  public:
@@ -58,12 +58,12 @@ class ClosedForm {
     enter(plant);
   }
 
-  // Exactly to t1. Nothing happens unless t1 is later than time().
+  // Advances exactly to t1; has no effect unless t1 is later than time().
   void advance(const P& plant, double t1) noexcept {
     if (!tick(plant, t1)) walk(plant, t1);
   }
 
-  // The state has come to x at t some other way, without leaving the mode or the piece of the forcing.
+  // Sets the state to x at t, which must be in the same mode and piece of the forcing.
   void place(double t, const State& x) noexcept {
     x_ = x, t_ = base_ = t;
     whole_ = false, pieces_ = 0;
@@ -75,8 +75,8 @@ class ClosedForm {
   const IntegratorCounters& counters() const noexcept { return counters_; }
   IntegratorStatus status() const noexcept { return status_; }
 
-  // Anywhere in the last advance (if it had more than kPieces - 1 events: in its last kPieces pieces), as exact as its
-  // end.
+  // State at any time within the last advance (after more than kPieces - 1 events: within its last kPieces pieces), as
+  // exact as at its end.
   State at(double t) const noexcept {
     if (status_ == IntegratorStatus::kDiverged || !(t < t_)) return x_;
     const T s = std::max(static_cast<T>(t) - static_cast<T>(base_), T(0));
@@ -92,7 +92,7 @@ class ClosedForm {
   }
 
  private:
-  static constexpr std::size_t kNone = 0;  // blocks_[0] is never of use
+  static constexpr std::size_t kNone = 0;  // blocks_[0] is never used
   static constexpr std::size_t kBlocks = 40, kRates = 16, kPieces = 8;
   static constexpr int kMaxSeries = 100'000;  // per advance; then it ends as chattering does
   using Block = AffineBlock<P, T>;
@@ -100,7 +100,7 @@ class ClosedForm {
   using Guards = typename Block::Guards;
   using Flow = AffineFlow<T, kStates>;
 
-  // What at() needs: a smooth piece of the last advance. The forcing counts from its start.
+  // A smooth piece of the last advance, for at(). The forcing counts from the start of the piece.
   struct Piece {
     Flow flow{};
     Forcing<T> forcing{};
@@ -130,7 +130,7 @@ class ClosedForm {
     current_ = kNone;
   }
 
-  // Crosses a block if it is proved to lie within the mode; else nothing happens. `since` counts from forcing_.begin.
+  // Crosses a block if it is proved to lie within the mode; else has no effect. `since` counts from forcing_.begin.
   template <bool kLenient>
   bool cross(const Block& block, const Guards& guards, const State& b, T since, T late) noexcept {
     if (!unforced_) return cross_forced<kLenient>(block, guards, b, since, late);
@@ -158,7 +158,7 @@ class ClosedForm {
     return true;
   }
 
-  // The whole advance as one block, if there is one of this length.
+  // Makes the whole advance as one block, if there is a block of this length.
   bool tick(const P& plant, double t1) noexcept {
     const Key& key = keys_[current_];
     const T late = (static_cast<T>(t1) - static_cast<T>(t_)) - key.length;
@@ -172,7 +172,7 @@ class ClosedForm {
     t_ = t1;
     return true;
   }
-  // A smooth piece begins at t_.
+  // Begins a smooth piece at t_.
   void enter(const P& plant) noexcept {
     mode_ = plant.mode_at(t_, rounded(x_));
     forcing_ = plant.template forcing<T>(t_);
@@ -183,7 +183,7 @@ class ClosedForm {
   }
   T omega() const noexcept { return forcing_.sine != 0 || forcing_.cosine != 0 ? forcing_.omega : T(0); }
 
-  // Makes the block of this length current if it exists, or if the same length is asked for a second time.
+  // Makes the block of this length current if it exists, or if the same length is requested for the second time.
   bool select(const P& plant, T length) noexcept {
     current_ = kNone;
     for (std::size_t i = 1; i <= filled_; ++i) {
@@ -272,10 +272,10 @@ void ClosedForm<P, T>::walk(const P& plant, double t1) noexcept {
       if (stop == next_break_) enter(plant);
     }
   }
-  t_ = t1;  // of what has diverged, only the time goes on
+  t_ = t1;  // after divergence only the time goes on
 }
 
-// Through all events up to `length` after t_, between two breaks of the forcing.
+// Advances through all events up to `length` after t_, between two breaks of the forcing.
 template <AffinePlant P, class T>
 bool ClosedForm<P, T>::walk_smoothly(const P& plant, T length, Budget& budget) noexcept {
   const T begun = static_cast<T>(t_) - forcing_.begin;

@@ -1,5 +1,5 @@
-// Where a guard may fall below zero within a step, told from its values at four points of the step. Only a guess: the
-// integrator takes real steps of the lengths that it is told here.
+// Estimates where a guard falls below zero within a step, from its values at four points of the step. It is only a
+// guess: the integrator takes real steps of the lengths that this returns.
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,7 @@ struct GuardCubic {
   double at(double theta) const noexcept { return c0 + theta * (c1 + theta * (c2 + theta * c3)); }
   double slope(double theta) const noexcept { return c1 + theta * (2.0 * c2 + theta * 3.0 * c3); }
 
-  // Where it has a minimum below zero inside (0, 1); 0 if nowhere.
+  // Place of a minimum below zero inside (0, 1); 0 if there is none.
   double dip() const noexcept {
     const double discriminant = c2 * c2 - 3.0 * c1 * c3;
     if (!(discriminant > 0)) return 0;

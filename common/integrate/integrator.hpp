@@ -1,10 +1,10 @@
-// Drives a method over a piecewise smooth plant: whole steps between the breaks of its inputs, and at every guard that
-// falls below zero a step whose length is solved for, so that it ends on the guard and the method keeps its order. The
+// Applies a method to a piecewise smooth plant: whole steps between the breaks of its inputs, and a step of solved
+// length at every guard that falls below zero. This step ends on the guard, so that the method keeps its order. The
 // mode then changes and the next step begins there.
 //
-// An event ends where its guard is just below zero, and what plant.cross leaves must have no guard below zero in the
-// mode that follows, else that one is crossed at the same instant. Events that never end (a plant whose modes
-// contradict each other, a ball that bounces ever lower) are cut by max_events.
+// An event step ends where its guard is just below zero. If the state that plant.cross leaves has a guard below zero in
+// the next mode, that guard is crossed at the same instant. Events that never end (a plant whose modes contradict each
+// other, a ball that bounces ever lower) are ended by max_events.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +41,8 @@ class Integrator {
     mode_ = plant.mode_at(t_, x_);
   }
 
-  // Exactly to t1; nothing happens unless that is later. Inputs that the plant holds may have changed since the last.
+  // Advances exactly to t1; has no effect unless t1 is later. Held inputs of the plant may have changed since the last
+  // advance.
   void advance(const P& plant, double t1) noexcept {
     if (!(t1 > t_)) return;
     if (!std::isfinite(t1)) return diverge();
@@ -54,7 +55,7 @@ class Integrator {
       if (stop > t1) {
         run(plant, t1);
       } else {
-        // A hair before the break, so that no stage sees what comes after it.
+        // Slightly before the break, so that no stage is evaluated after it.
         run(plant, stop - 4.0 * std::numeric_limits<double>::epsilon() * std::fabs(stop));
         if (status_ == IntegratorStatus::kDiverged) break;
         t_ = stop;
@@ -71,7 +72,7 @@ class Integrator {
   IntegratorStatus status() const noexcept { return status_; }
   const IntegratorCounters& counters() const noexcept { return work_.counters; }
 
-  // Within the last step, as exact as the method; earlier its beginning, later the state as it is.
+  // State at t within the last step, as exact as the method; for earlier times its beginning, for later ones its end.
   State at(double t) const noexcept {
     if (!(t < t_) || !(length_ > 0)) return x_;
     const double theta = (t - begin_) / length_;
@@ -85,7 +86,7 @@ class Integrator {
   static constexpr int kMaxHalvings = 30;
   static constexpr int kMaxSearch = 80;
   static constexpr double kSearchTolerance = 1e-15;  // of the length of the step
-  static constexpr double kShortest = 1e-6;          // step of the adaptive pair, of max_step
+  static constexpr double kShortest = 1e-6;          // shortest step of the adaptive pair, in max_step
 
   bool within_bounds(const State& x) const noexcept {
     return std::all_of(x.begin(), x.end(), [this](double v) { return std::fabs(v) <= settings_.bound; });
@@ -95,7 +96,7 @@ class Integrator {
     length_ = 0;
   }
 
-  // Over a stretch without breaks, in steps of equal length but for those that events cut in two.
+  // Runs over a stretch without breaks, in steps of equal length, except for those that events divide.
   void run(const P& plant, double end) noexcept {
     settle(plant);
     if constexpr (Scheme::kEmbedded) {
@@ -152,7 +153,7 @@ class Integrator {
     }
   }
 
-  // Takes a step that the method can answer for, of length h or shorter.
+  // Takes a step that the method accepts, of length h or shorter.
   bool attempt(const P& plant, double& h, State& y) noexcept {
     if constexpr (Scheme::kEmbedded) {
       return attempt_with_error(plant, h, y);
@@ -210,7 +211,7 @@ class Integrator {
     return static_cast<std::size_t>(std::find_if(g.begin(), g.end(), [](double v) { return v < 0; }) - g.begin());
   }
 
-  // A plant may know that no border is near a step, cheaper than by its guards.
+  // A plant may know, at less cost than by its guards, that no border is near a step.
   bool keeps_clear(const P& plant, const State& from, const State& to, double h) const noexcept {
     if constexpr (requires { plant.keeps_clear(mode_, from, to, h); }) {
       return !Scheme::kEmbedded && plant.keeps_clear(mode_, from, to, h);
@@ -219,8 +220,8 @@ class Integrator {
     }
   }
 
-  // In this step and the one before, equally long and just as smooth, no guard moved by a quarter of what it is above
-  // zero: then it did not come down there and back in between.
+  // True if in this step and the last one, of equal length and smoothness, no guard moved by a quarter of its value:
+  // then no guard fell to zero and rose again within the step.
   bool far_from_borders(const Guards& after) const noexcept {
     if (Scheme::kEmbedded || !before_known_) return false;
     for (std::size_t i = 0; i < P::kGuards; ++i) {
@@ -262,11 +263,11 @@ class Integrator {
     if (guard != kNone)
       guard = search(plant, Trial{0.0, x_, guards_}, high, guard, first * h, cubic[guard].slope(first) / h);
     h = high.length;
-    Scheme::step(plant, mode_, t_, x_, h, y, work_);  // the stages kept are to be those of the step that is accepted
+    Scheme::step(plant, mode_, t_, x_, h, y, work_);  // the stages that are kept must belong to the accepted step
     return guard;
   }
 
-  // Closes the bracket around the first crossing by steps of trial lengths, secant fashion. `high` ends just behind it.
+  // Narrows the bracket around the first crossing by trial steps (secant method). `high` ends just behind the crossing.
   std::size_t search(const P& plant, Trial low, Trial& high, std::size_t guard, double guess, double slope) noexcept {
     const double tolerance = kSearchTolerance * high.length;
     double push = 0.5 * tolerance;
@@ -315,7 +316,7 @@ class Integrator {
     x_ = x;
   }
 
-  // Crosses what is below zero here and now: because an input jumped, or because two guards fell at the same instant.
+  // Crosses guards that are below zero at this instant, because an input jumped or because two guards fell together.
   void settle(const P& plant) noexcept {
     if constexpr (kHasGuards) {
       before_known_ = guards_known_ = false;

@@ -13,7 +13,7 @@ namespace farhand {
 template <std::size_t kStates>
 class Lu {
  public:
-  // Of I - a J; false if that is singular or no number.
+  // Factors I - a J; false if it is singular or not a number.
   bool factor(double a, const StateMatrix<kStates>& J) noexcept {
     for (std::size_t i = 0; i < kStates; ++i)
       for (std::size_t j = 0; j < kStates; ++j) m_[i][j] = (i == j ? 1.0 : 0.0) - a * J[i][j];

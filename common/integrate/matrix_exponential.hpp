@@ -1,8 +1,8 @@
-// What an affine flow x' = A x + b + e r(t) does in a fixed time, for every b and every forcing at once: the matrix
-// exponential of the augmented system, block by block. A Taylor series for a short time, doubled until the time is
-// reached. Doubled is Phi - I, not Phi: squaring Phi would lose the slow motions of a stiff plant in the rounding of
-// the ones on its diagonal. Instances in double are computed in long double, so that their own rounding is all that
-// they add.
+// Propagation of an affine flow x' = A x + b + e r(t) over a fixed time, for every b and every forcing at once: the
+// matrix exponential of the augmented system, block by block. It is a Taylor series for a short time, which is doubled
+// until the time is reached. The doubling uses Phi - I and not Phi: squaring Phi would lose the slow motions of a stiff
+// plant in the rounding of the ones on its diagonal. Instances in double are computed in long double, so that they add
+// no error but their final rounding.
 #pragma once
 
 #include <algorithm>
@@ -53,8 +53,8 @@ SquareMatrix<T, S> times(const SquareMatrix<T, S>& A, const SquareMatrix<T, S>& 
   return C;
 }
 
-// A in units of the state that make its row-sum norm small. In rad and rad/s a wall would count with the square of its
-// frequency.
+// A with units of the state that make its row-sum norm small. With rad and rad/s a wall would enter with the square of
+// its frequency.
 template <class T, std::size_t S>
 struct Balanced {
   T rate = 0;    // that norm: no motion of x' = A x is faster, 1/s
@@ -97,7 +97,7 @@ T fastest_rate_of(const SquareMatrix<T, S>& A) noexcept {
   return balance(A).rate;
 }
 
-// y with y A = c; no number if there is none.
+// y with y A = c; NaN if there is none.
 template <class T, std::size_t S>
 std::array<T, S> solve_row(const SquareMatrix<T, S>& A, const std::array<T, S>& c) noexcept {
   SquareMatrix<T, S> m{};  // transposed
@@ -146,7 +146,7 @@ struct AffineResponse {
   std::array<T, S> sine{}, cosine{};        // to sin(omega s) and cos(omega s) - 1
   T sine_end = 0, cosine_end = 0;           // what these two are at the end
 
-  // For rows c that look at the state: bounds of |c Psi(s)|, entry by entry, for all s from 0 to length.
+  // For rows c that multiply the state: bounds of |c Psi(s)|, entry by entry, for all s from 0 to length.
   std::array<std::array<T, S>, R> reach{};
 };
 
@@ -281,8 +281,8 @@ AffineResponse<T, S, R> respond(const SquareMatrix<T, S>& A, const std::array<T,
       }
     }
   }
-  // Each doubling may have counted anew what an undamped motion only repeats. Where the state's length cannot grow,
-  // c Psi = y (Phi - I) with y A = c bounds it for all times.
+  // Each doubling may count an undamped motion again, although it only repeats. If the state's length cannot grow,
+  // c Psi = y (Phi - I) with y A = c is a bound for all times.
   if (balanced.growth * length < T(1e-6)) {
     for (std::size_t r = 0; r < R; ++r) {
       const Vector y = solve_row(A, rows[r]);

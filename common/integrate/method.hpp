@@ -1,4 +1,4 @@
-// What all integrators share: their names, settings, counters and the ways in which an integration can end.
+// Names, settings, counters and end states that all integrators share.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ constexpr std::string_view name_of(Method method) {
 // Latched: the first that is not kOk stays until the next start.
 enum class IntegratorStatus : std::uint8_t {
   kOk,
-  kDiverged,    // the state left all bounds or was no number; the last good one stands still from then on
+  kDiverged,    // the state left all bounds or was NaN; the last valid state is kept from then on
   kChattering,  // more events in one advance than allowed; that advance was finished in the mode of its last event
 };
 

@@ -1,7 +1,7 @@
-// What an integrator knows of a plant. Plants here are piecewise smooth: within a mode (which contacts are closed,
-// which way friction slides, whether it sticks) the derivative is smooth, and the mode ends where one of its guards
-// falls below zero. The derivative of a mode stays smooth a little beyond its end, so that a step may overshoot and be
-// cut there: that is what keeps the order of a method across contacts.
+// The interface of a plant to an integrator. Plants are piecewise smooth: within a mode (which contacts are closed, in
+// which direction friction slides, whether it sticks) the derivative is smooth, and the mode ends when one of its
+// guards falls below zero. The derivative of a mode stays smooth a little beyond its end, so that a step may overshoot
+// and be cut at the guard; this keeps the order of a method across contacts.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ using StateMatrix = std::array<std::array<double, kStates>, kStates>;  // row by
 
 // Every input that is held between control ticks (torque, velocity command) is part of the plant object.
 //
-// A plant may besides have  bool keeps_clear(mode, from, to, h)  which is true only if no guard can fall below zero in
-// a step of length h between these states. The guards are then not asked for.
+// A plant may also have  bool keeps_clear(mode, from, to, h)  which is true only if no guard can fall below zero in a
+// step of length h between these states. The guards are then not evaluated.
 template <class P>
 concept Plant = requires(const P& plant, double t, const typename P::State& x, typename P::State& reset, Mode mode,
                          std::size_t guard) {
@@ -31,7 +31,7 @@ concept Plant = requires(const P& plant, double t, const typename P::State& x, t
   noexcept->std::same_as<Mode>;
   { plant.derivative(mode, t, x) }
   noexcept->std::same_as<typename P::State>;
-  // By the state, and by the time.
+  // Derivatives by the state, and by the time.
   { plant.jacobian(mode, t, x) }
   noexcept->std::same_as<StateMatrix<P::kStates>>;
   { plant.time_derivative(mode, t, x) }

@@ -28,7 +28,7 @@ struct Rk4 {
     return true;
   }
 
-  // Of third order from the same four stages, so that its error is of the order of the step's own.
+  // Interpolant of third order from the same four stages; its error is of the order of the step's own.
   template <Plant P>
   static DenseOutput<P::kStates> dense(const typename P::State& x, double h, const typename P::State&,
                                        const Work<P>& work) noexcept {

@@ -1,6 +1,6 @@
-// The Rosenbrock method RODAS3 (Sandu et al. 1997): order 3, L-stable, its last stage is the result. Four linear
-// equations with one matrix per step and no iteration; time enters through its own derivative, so that the order holds
-// for plants that are driven.
+// The Rosenbrock method RODAS3 (Sandu et al. 1997): order 3, L-stable; its last stage is the result. A step solves four
+// linear systems with one matrix and without iteration. The derivative by time is included, so that the order also
+// holds for driven plants.
 #pragma once
 
 #include "common/integrate/lu.hpp"

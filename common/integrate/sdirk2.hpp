@@ -1,5 +1,5 @@
-// The singly diagonally implicit Runge-Kutta method of order 2 with gamma = 1 - 1/sqrt 2: L-stable, and its second
-// stage is the result, so that a mode much faster than the step is gone after it, whatever the step.
+// The singly diagonally implicit Runge-Kutta method of order 2 with gamma = 1 - 1/sqrt 2. It is L-stable, and its
+// second stage is the result: a mode much faster than the step has decayed after one step, whatever its length.
 //
 //   Y1 = x + gamma h f(t + gamma h, Y1),   y = Y2 = x + (1 - gamma) h k1 + gamma h f(t + h, Y2)
 #pragma once
@@ -18,7 +18,7 @@ struct Sdirk2 {
   static constexpr bool kEmbedded = false;
   static constexpr double kGamma = 0.29289321881345247560;  // 1 - 1/sqrt 2
 
-  // False if Newton does not converge: then the step is too long for how nonlinear the plant is.
+  // Returns false if Newton's method does not converge: then the step is too long for the plant's nonlinearity.
   template <Plant P>
   static bool step(const P& plant, Mode mode, double t, const typename P::State& x, double h, typename P::State& y,
                    Work<P>& work) noexcept {
@@ -32,7 +32,8 @@ struct Sdirk2 {
     return newton(plant, mode, t + h, base, kGamma * h, y, work.k[1], J, lu, work);
   }
 
-  // Of second order; uses no slope at the start, which means nothing where a fast mode has just been set off.
+  // Interpolant of second order. It does not use the slope at the start, which is useless just after a fast mode was
+  // excited.
   template <Plant P>
   static DenseOutput<P::kStates> dense(const typename P::State& x, double h, const typename P::State&,
                                        const Work<P>& work) noexcept {
@@ -48,12 +49,12 @@ struct Sdirk2 {
 
  private:
   static constexpr int kMaxIterations = 20;
-  // The residual that an equation may keep, relative to its terms. Rounding leaves some 1e-15.
+  // Largest residual of an equation, relative to its terms. Rounding leaves about 1e-15.
   static constexpr double kEnough = 1e-13;
   static constexpr double kEnoughIfItFallsNoMore = 1e-9;
 
-  // Y = base + a f(t, Y) and k = f(t, Y). One iteration solves it where f is affine. The Jacobian of the start serves
-  // as long as each iteration takes the residual down tenfold.
+  // Solves Y = base + a f(t, Y), k = f(t, Y). One iteration suffices if f is affine. The Jacobian of the start is used
+  // as long as each iteration reduces the residual tenfold.
   template <Plant P>
   static bool newton(const P& plant, Mode mode, double t, const typename P::State& base, double a, typename P::State& Y,
                      typename P::State& k, StateMatrix<P::kStates>& J, Lu<P::kStates>& lu, Work<P>& work) noexcept {
@@ -69,10 +70,10 @@ struct Sdirk2 {
         if (!std::isfinite(residual[i])) return false;
         if (residual[i] != 0) size = std::fmax(size, std::fabs(residual[i]) / terms);
       }
-      // Not before a first iteration: what creeps moves by less than that in a step, and would stand still.
+      // Only after a first iteration: a creeping motion is smaller than this in a step, and would stop.
       const bool enough = size == 0 || (size <= kEnough && iteration > 0);
       if (enough || (size <= kEnoughIfItFallsNoMore && size > 0.5 * last)) {
-        // Not f: where the plant is stiff, f magnifies what is left of the residual.
+        // Not from f: in a stiff plant f amplifies the remaining residual.
         for (std::size_t i = 0; i < P::kStates; ++i) k[i] = (Y[i] - base[i]) / a;
         return true;
       }

@@ -1,12 +1,12 @@
-// Semi-implicit (symplectic) Euler: velocities first, positions with the new velocities. Order 1; an undamped mode of
-// omega keeps its amplitude while omega h < 2, where the explicit Euler method lets it grow at every step.
+// Semi-implicit (symplectic) Euler: velocities first, then positions with the new velocities. Order 1; an undamped mode
+// of omega keeps its amplitude while omega h < 2; the explicit Euler method would let it grow at every step.
 #pragma once
 
 #include "common/integrate/step_work.hpp"
 
 namespace farhand {
 
-// States are positions each followed by its velocity, then what is left; a plant of another order says so in
+// States are positions, each followed by its velocity, then other states; a plant with another arrangement declares
 // kPositions.
 template <Plant P>
 constexpr bool is_position(std::size_t state) {

@@ -1,5 +1,5 @@
-// What a step of a method leaves behind: its stages, from which the path between its two ends follows, and what a
-// second step from the same start need not compute again.
+// Data that a step of a method leaves: its stages, from which the path between its ends follows, and values that a
+// second step from the same start can use again.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ template <Plant P>
 struct Work {
   using State = typename P::State;
 
-  // After the state, the time, the mode or an input has changed.
+  // Call after the state, the time, the mode or an input has changed.
   void moved() noexcept { slope_known = jacobian_known = false; }
 
   const State& start_slope(const P& plant, Mode mode, double t, const State& x) noexcept {

@@ -1,5 +1,5 @@
-// How fast a plant can be, and the method that follows from it: exact where the plant is affine, implicit where a step
-// of RK4 would be unstable, RK4 otherwise.
+// The fastest rate of a plant, and the method chosen by it: the closed form if the plant is affine, an implicit method
+// if a step of RK4 would be unstable, else RK4.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ std::complex<double> fastest_eigenvalue(const P& plant, Mode mode, double t, con
   return fastest_eigenvalue(row_by_row, P::kStates);
 }
 
-// The numbers behind a choice.
+// The reasons for a choice of method.
 struct MethodChoice {
   Method method = Method::kRk4;
   const char* not_affine = "";          // why it is not the closed form; nullptr if it is
@@ -32,7 +32,7 @@ struct MethodChoice {
   double limit = kRk4StableRadius;      // of that, for RK4
 };
 
-// Where to look at a plant: stiffness depends on which contacts are closed and, with bristles, on the speed.
+// States at which a plant is examined: stiffness depends on the closed contacts and, with bristles, on the speed.
 template <Plant P>
 struct Situation {
   Mode mode = 0;

@@ -230,6 +230,7 @@ void contact(const AlignedSession& a, const scene::Scene& scene, Metrics& out) {
 }
 
 void whole_run(const Session& session, const scene::Scene& scene, const AlignedSession& a, Metrics& out) {
+  // Time: both sides engaged, and held without a request.
   double engaged_s = 0;
   for (std::size_t k = 0, j = 0; k < a.master.t_s.size() && !a.slave.t_s.empty(); ++k) {
     while (j + 1 < a.slave.t_s.size() && a.slave.t_s[j + 1] <= a.master.t_s[k]) ++j;
@@ -239,6 +240,7 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   out.set("engaged_s", engaged_s);
   out.set("held_s", unwanted_hold_s(session, scene));
 
+  // Largest torques and speed, to compare with the limits of the scene.
   const auto largest = [&](std::string_view key, const Statistics& s) {
     if (s.count == 0)
       out.set_absent(key, "nothing was recorded");
@@ -255,6 +257,8 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   largest("torque_max_slave_nm", command_s);
   largest("velocity_max_rad_s", v);
 
+  // Energy: below 0 a side, or the whole teleoperator, gave more than it took. The slave's energy is scaled to the
+  // master's size.
   const Statistics E_m = over(a.master.t_s, a.energy_master_j, everything()),
                    E_s = over(a.slave.t_s, a.energy_slave_j, everything());
   Statistics both;
@@ -271,6 +275,8 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   least("energy_min_master_j", E_m);
   least("energy_min_slave_j", E_s);
   least("energy_min_both_j", both);
+
+  // The laws' own accounts of energy, while engaged.
   const auto account = [&](std::string_view key, const std::vector<StationSample>& rows,
                            const std::vector<std::string>& signals) {
     Statistics s;
@@ -285,6 +291,8 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   };
   account("account_min_master_j", session.master, session.master_signals);
   account("account_min_slave_j", session.slave, session.slave_signals);
+
+  // Estimates of the laws count with their last value, when most has been learnt.
   const auto last = [&](std::string_view key, std::string_view signal, double scale, const std::string& because) {
     double value = kAbsent;
     for (auto row = session.master.rbegin(); row != session.master.rend() && !std::isfinite(value); ++row)
@@ -306,6 +314,7 @@ void set_share(Metrics& out, std::string_view key, double part, double whole, co
 }
 
 void network(const Session& session, const AlignedSession& a, Metrics& out) {
+  // One-way delay of each direction, from the network's own recording; jitter is that of the worse one.
   double jitter_s = kAbsent;
   for (const bool forward : {true, false}) {
     std::vector<double> delays;
@@ -332,6 +341,7 @@ void network(const Session& session, const AlignedSession& a, Metrics& out) {
   else
     out.set_absent("jitter_ms", "no one-way delay was recorded");
 
+  // Round trip and play-out as the stations measured them.
   std::vector<double> rtt, depth;
   for (const StationSample& s : session.master) {
     if (std::isfinite(s.rtt_s) && s.rtt_s > 0) rtt.push_back(s.rtt_s);
@@ -348,8 +358,9 @@ void network(const Session& session, const AlignedSession& a, Metrics& out) {
   else
     out.set("playout_median_ms", 1e3 * quantile(depth, 0.5));
 
+  // Packets: loss as the network recorded it, else as the receivers counted it. Receivers count late packets apart from
+  // those that were used.
   const StationCounters &m = session.master_counters, &s = session.slave_counters;
-  // Receivers count late packets apart from those that were of use.
   const auto late = static_cast<double>(m.late + s.late), arrived = static_cast<double>(m.received + s.received) + late;
   if (!session.link.empty()) {
     const auto lost =
@@ -362,6 +373,7 @@ void network(const Session& session, const AlignedSession& a, Metrics& out) {
   set_share(out, "late", late, arrived, "no packet was received");
   set_share(out, "reordered", static_cast<double>(m.reordered + s.reordered), arrived, "no packet was received");
 
+  // The delay on which the delayed errors rest.
   if (a.link_known)
     out.set("delay_source", "link");
   else if (!rtt.empty())

@@ -1,5 +1,5 @@
-// What a run is judged by: a flat list of numbers with one published table of names. A value that cannot be computed is
-// absent and says why; it is never 0.
+// The metrics of a run: a flat list of numbers with one published table of names. A value that cannot be computed is
+// absent, with the reason; it is never 0.
 #pragma once
 
 #include <array>
@@ -22,10 +22,10 @@ struct MetricInfo {
   std::string_view formerly = {};  // the key that it had before
 };
 
-// F_m: torque of the therapist on the device; F_s: torque of the device on the hand; T_p: play-out delay in force,
+// F_m: torque of the therapist on the device; F_s: torque of the device on the hand; T_p: play-out delay in effect,
 // which is the transit of the fastest packet so far (from its tick of sending to the first tick that could show it)
-// plus the depth of the buffer. Where the sides differ in size, the slave's torques count times force_scale and the
-// master's angles times position_scale, so that what is ideal stays 1 and 0. `farhand-lab schema` prints this table.
+// plus the depth of the buffer. If the sides differ in size, the slave's torques are multiplied by force_scale and the
+// master's angles by position_scale, so that the ideal values stay 1 and 0. `farhand-lab schema` prints this table.
 inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"scene", "", "name of the scene"},
     {"seed", "1", "seed of every random choice"},

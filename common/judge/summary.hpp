@@ -14,11 +14,11 @@ namespace farhand {
 // which differ in the last bits agree. Figures of the wall clock are left out unless asked for.
 std::string summary_json(const Metrics& metrics, bool with_wall_clock);
 
-// A text, or a list in one cell, of a table whose cells commas part.
+// A text, or a list in one cell, for a table with commas between cells.
 std::string csv_cell(const std::string& text);
 std::string csv_cell(const std::vector<std::string>& list);
 
-// The same as one row of a table: without what only the wall clock says, a list in one cell. Absent values are empty.
+// The same as one row of a table: without figures of the wall clock, a list in one cell. Absent values are empty.
 std::vector<std::string_view> metrics_columns();
 std::string metrics_row(const Metrics& metrics);
 

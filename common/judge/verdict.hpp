@@ -1,4 +1,4 @@
-// From numbers to words: was this session ok, degraded or failed, and why.
+// The verdict of a session, ok, degraded or failed, with its reasons.
 #pragma once
 
 #include <string>
@@ -18,9 +18,9 @@ struct Judgement {
   std::vector<std::string> reasons;  // a PC that missed its ticks, then failed ones
 };
 
-// Failed: a fault, never engaged, unstable where stability is judged. Degraded: a limit of the scene exceeded, more
-// than 1 % of the ticks overrun, a side held without its operator's asking, a recording that ends early, a PC that
-// missed more than 1 % of its ticks or stood still for longer than 50 ms. Where it did, stability is not judged.
+// Failed: a fault, never engaged, or unstable, if stability is judged. Degraded: a limit of the scene exceeded, more
+// than 1 % of the ticks overrun, a side held without a request of its operator, a recording that ends early, a PC that
+// missed more than 1 % of its ticks or stood still for longer than 50 ms. With such a PC stability is not judged.
 Judgement judge(const Session& session, const scene::Scene& scene, const Metrics& metrics);
 
 // Share of the ticks due that were skipped; NaN where none was due.

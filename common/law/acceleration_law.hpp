@@ -2,8 +2,9 @@
 //
 //   a_ref = C_p (x_remote - x) - K_f (f + f_remote),  C_p(s) = K_d s + K_p          (Daud 2011, 5.8-5.13)
 //
-// Position and velocity are pulled together, forces are driven to f + f_remote = 0. The gains are one set for master,
-// slave and local model: unequal K_f scale the transmitted force by K_f,m / (K_f,m + K_f,model).
+// The law pulls the positions and velocities of both sides together and drives the torques to f + f_remote = 0. Master,
+// slave and local model use the same gains: unequal K_f would scale the transmitted force by K_f,m / (K_f,m +
+// K_f,model).
 #pragma once
 
 #include "common/law/params.hpp"

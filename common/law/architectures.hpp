@@ -1,4 +1,4 @@
-// Every architecture, one row each. Nothing else knows them all.
+// The table of all architectures, one row each. No other file knows all of them.
 #pragma once
 
 #include <cstddef>
@@ -17,19 +17,19 @@ using MakeLaw = std::unique_ptr<Law<1>> (*)(const LawParams& p, const FourChanne
 
 struct LawMaker {
   MakeLaw make;
-  std::size_t bytes;                   // of what it makes
-  std::span<const LawSignal> signals;  // that it shows, at most kMostLawSignals
-  std::span<const LawBlock> blocks;    // of which it consists, beside four channels
+  std::size_t bytes;                   // size of the object that it makes
+  std::span<const LawSignal> signals;  // that the law records, at most kMostLawSignals
+  std::span<const LawBlock> blocks;    // of which the law consists, beside four channels
 };
 
 struct Architecture {
   std::string_view name;    // as in a scene
-  std::string_view source;  // where it is from
+  std::string_view source;  // publication that it comes from
   LawMaker master, slave;
 };
 
 std::span<const Architecture> architectures() noexcept;
-// By its name, or none; or std::invalid_argument.
+// Finds an architecture by its name; the first returns null if there is none, the second throws std::invalid_argument.
 const Architecture* find_architecture(std::string_view name) noexcept;
 const Architecture& architecture(std::string_view name);
 

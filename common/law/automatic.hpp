@@ -1,5 +1,5 @@
-// On the therapist's side four channels or the model-mediated ones, whichever suits the network (chooser.hpp). Both run
-// all the time; what is followed fades from the one to the other.
+// On the therapist's side plain or model-mediated four channels, whichever suits the network (chooser.hpp). Both laws
+// run all the time; a change is a fade from the motion of one law to that of the other.
 #pragma once
 
 #include <cstdio>

@@ -2,14 +2,15 @@
 //
 //   x_cdob = LPF_gnet( x_model - x_received ),   x_p = x_received + x_cdob          (Daud 2011, 5.14)
 //
-// The network's delay is seen as a disturbance on a local model of the slave. Observing it by differentiating twice,
-// filtering and integrating twice, as drawn (5.10), amplifies noise and drifts; telescoped to the difference above it
-// is the same transfer function with two quiet states, and the same for v. The model is closed with the full x_cdob:
-// scaling it there (SDCV) would let the model wind up and kick on release.
+// The network's delay is treated as a disturbance on a local model of the slave. The observer as drawn (5.10)
+// differentiates twice, filters and integrates twice, which amplifies noise and drifts. Telescoped to the difference
+// above it has the same transfer function with two states that neither amplify nor drift; v is treated in the same way.
+// The model's loop is closed with the full x_cdob: if x_cdob were scaled there (SDCV), the model would wind up and kick
+// on release.
 //
-// The thesis leaves open whether the model knows f_s. kThesis: a_model = C_p (x_m - x_p) - K_f f_m. It halves the
-// steady force (test Cdob.ThesisModelHalvesTheForce) and is stable on stiff hands. kWithForce adds - K_f f_s: right
-// steady force, unstable on stiff hands.
+// The thesis leaves open whether the model includes f_s. kThesis: a_model = C_p (x_m - x_p) - K_f f_m. It halves the
+// steady force (test SteadyContact.ThesisModelHalvesTheForce) and is stable on stiff hands. kWithForce adds - K_f f_s:
+// its steady force is right, but it is unstable on stiff hands.
 #pragma once
 
 #include "common/law/params.hpp"

@@ -1,10 +1,10 @@
-// Which of the master's architectures suits the network as it is: plain four channels while the round trip hardly shows
-// (up to 4 ms they track within 1.2 mrad, drag with 0.003 N m s/rad, and give first touch with 0.002 N m of error where
-// the mediator gives 0.004), else the mediator. The slave is plain four channels under both. With the round trip the
-// mediator follows what is new more slowly, because what comes late takes damping away.
+// Chooses the architecture of the master for the present network: plain four channels while the round trip is short,
+// else the mediator. Up to 4 ms plain four channels track within 1.2 mrad, drag with 0.003 N m s/rad, and render first
+// touch with an error of 0.002 N m (the mediator: 0.004). The slave runs plain four channels under both. The longer the
+// round trip, the more slowly the mediator follows new contacts, because delayed torque removes damping.
 //
-// Nothing is taken back within kDwell, and both run all the time: a change is a fade from the motion that the one asks
-// to follow to that of the other.
+// No choice is changed back within kDwell. Both laws run all the time: a change is a fade from the motion that one law
+// asks for to that of the other.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace farhand {
 enum class Choice : std::uint8_t { kNone, kFourChannel, kMediated };
 struct Chosen {
   Choice choice = Choice::kNone;
-  double round_trip = 0.0, loss = 0.0;  // s and share, that it was chosen for
+  double round_trip = 0.0, loss = 0.0;  // s and share of packets, on which the choice is based
 };
 
 class Chooser {
@@ -27,7 +27,7 @@ class Chooser {
   // Once per tick.
   void step(const NetworkNow& now, int ticks) noexcept {
     const double dt = dt_s_ * ticks;
-    // Rises at once, and is forgotten slowly: a network is as bad as it was lately.
+    // The estimates rise at once and fall slowly: a network counts as bad as it was in the last moments.
     round_trip_ = std::max(now.round_trip, round_trip_ - std::min(1.0, dt / kForget) * (round_trip_ - now.round_trip));
     since_ += dt;
     const bool far = round_trip_ > (chosen_.choice == Choice::kMediated ? kNear : kFar) || now.loss > kLoss;
@@ -45,9 +45,9 @@ class Chooser {
 
   const Chosen& chosen() const noexcept { return chosen_; }
   int decisions() const noexcept { return decisions_; }  // so far
-  // Of the mediator in the motion to follow, 0 to 1.
+  // Weight of the mediator in the motion to follow, 0 to 1.
   double share() const noexcept { return share_ * share_ * (3.0 - 2.0 * share_); }
-  // rad/s, at which the mediator's x_0 follows.
+  // Cut-off with which the mediator's x_0 follows, rad/s.
   double settle() const noexcept { return std::clamp(kSettle / std::max(round_trip_, 1e-3), 8.0, 20.0); }
 
  private:

@@ -1,5 +1,5 @@
-// Four channels: the motion of the peer is followed as it is (Daud 2011, figure 5.8). The slave of every architecture
-// that compensates on the therapist's side is this one too (figures 5.9-5.11).
+// Plain four channels: the received motion of the peer is followed without compensation (Daud 2011, figure 5.8).
+// Architectures that compensate on the therapist's side use this law on the slave (figures 5.9-5.11).
 #pragma once
 
 #include "common/law/law.hpp"

@@ -1,5 +1,5 @@
-// Four channels with a communication disturbance observer on the therapist's side (Daud 2011, figure 5.9): what the
-// observer adds makes the angle that is followed undelayed.
+// Four channels with a communication disturbance observer on the therapist's side (Daud 2011, figure 5.9): the observer
+// adds its compensation to the received angle, so that the angle to follow is not delayed.
 #pragma once
 
 #include "common/law/cdob.hpp"

@@ -1,5 +1,5 @@
-// Four channels with CDOB, and a scaling-down compensation value that takes the compensation back in contact (Daud
-// 2011, figure 5.11); by thresholds of the scene, or by those that the patient's own hand names.
+// Four channels with CDOB and a scaling-down compensation value, which reduces the compensation in contact (Daud 2011,
+// figure 5.11). Its thresholds are those of the scene, or are estimated from the patient's own hand.
 #pragma once
 
 #include <cstddef>

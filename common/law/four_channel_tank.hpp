@@ -1,10 +1,10 @@
-// Four channels that give a person no more energy than came from the other one, by tanks. They stand below the law, on
-// both sides, and change the motion that is followed only where energy is short; then by a share g of the law and a
-// damper d,
+// Four channels over energy tanks, by which a person receives no more energy than came from the other person. The tanks
+// stand below the law, on both sides. They change the motion to follow only when the energy budget is short, by a share
+// g of the law and a damper d,
 //
 //   a_ref = g C_p (x_remote - x) - K_f (f + g f_remote + d v)
 //
-// which is K_f (g tau - d v - f) for a law that asks for the torque tau. What packets carry besides is one number.
+// which is K_f (g tau - d v - f) for a law that asks for the torque tau. Packets also carry the energy sent.
 #pragma once
 
 #include "common/law/energy_tank.hpp"

@@ -1,5 +1,5 @@
-// A control architecture on one side: an object that holds exactly its blocks and wires them in one step. It says what
-// the axis is to follow and what the peer is told; on what axis it stands it does not know.
+// A control architecture on one side: an object that holds exactly its blocks and wires them in one step. Its results
+// are the motion that the axis shall follow and the content of the next packet. A law does not know its axis.
 #pragma once
 
 #include <array>
@@ -12,34 +12,34 @@
 
 namespace farhand {
 
-// What a law is told of the time since its last step.
+// The time since the last step of a law.
 struct Elapsed {
   int ticks = 1;      // periods; more than one means that some were missed
-  bool held = false;  // nothing newer of the peer has arrived: what was shown last is repeated
-  // Since the last gap there was time for what the peer shows to be where it is, to be learnt from, and for its
-  // friction.
+  bool held = false;  // nothing newer has arrived from the peer: the last motion is repeated
+  // The last gap in time is long enough ago to learn where the peer's contact begins (rested), its stiffness (settled),
+  // and its device's friction (calm).
   bool rested = true, settled = true, calm = true;
-  double silent_s = 0.0;                    // since something newer was shown
-  double acting = 1.0, peers_acting = 1.0;  // how much of the time the drives acted of late, here and there
+  double silent_s = 0.0;                    // since a newer motion of the peer was shown
+  double acting = 1.0, peers_acting = 1.0;  // recent mean share of the command that the own and the peer's drive gave
 };
 
-// Of the energy that went through the port since the last tick.
+// The energy that went through the port since the last tick.
 template <int N>
 struct Account {
-  Joints<N> torque = Joints<N>::Zero();  // N m, that acted on the axis, without what carries its weight
-  double acted = 1.0;                    // of the torque that the law asked for last: 1, less across a gap
+  Joints<N> torque = Joints<N>::Zero();  // N m, that acted on the axis, without the compensation of its weight
+  double acted = 1.0;                    // share of the law's last torque that was given: 1, less across a gap
   Joints<N> moved = Joints<N>::Zero();   // rad, in that time
-  double received = 0.0;                 // J, what the peer has told of so far
+  double received = 0.0;                 // J, sum of the energy that the peer has reported so far
   bool engaged = false;                  // in that time
 };
 
-// As measured now.
+// The network as measured now.
 struct NetworkNow {
   double round_trip = 0.0;  // s, of content: the packet's own and twice the play-out depth; 0 before it is known
   double loss = 0.0;        // share of the packets, lost or late
 };
 
-// Beside the motions. What a law does not need is not measured for it, and not in the packets.
+// Inputs that a law needs beside the motions. Other inputs are neither measured nor put into the packets.
 struct LawNeeds {
   bool account = false;  // Account, and the energy in each packet
   bool network = false;  // NetworkNow
@@ -48,20 +48,20 @@ struct LawNeeds {
 template <int N>
 struct LawInputs {
   Motion<N> local;     // of this axis
-  Motion<N> received;  // of the peer, in this side's own size and within its limits
+  Motion<N> received;  // of the peer, scaled to this side and within its limits
   Elapsed since;
-  bool engaged = false;                 // what the law wishes is followed
-  Account<N> account;                   // where it is needed
-  const NetworkNow* network = nullptr;  // so too; none while nothing can be said of it
+  bool engaged = false;                 // the axis follows the law
+  Account<N> account;                   // only if LawNeeds asks for it
+  const NetworkNow* network = nullptr;  // only if LawNeeds asks for it; null while unknown
 };
 
-// What the peer is told of an axis, in place of its motion. Every packet has one layout.
+// What a packet tells the peer in place of the axis' motion. The layout of packets is the same for every law.
 template <int N>
 struct Told {
   Joints<N> x = Joints<N>::Zero();  // rad
   Joints<N> v = Joints<N>::Zero();  // rad/s
-  // The reaction in N m; or what the architecture sends instead: the torque of the master, N m, or the integral of a
-  // wave, sqrt(W) s.
+  // The reaction torque in N m, or the quantity that the architecture sends instead: the torque of the master, N m, or
+  // the integral of a wave, sqrt(W) s.
   Joints<N> u = Joints<N>::Zero();
 
   static Told motion(const Motion<N>& m) noexcept { return {m.x, m.v, m.f}; }
@@ -69,18 +69,18 @@ struct Told {
 
 template <int N>
 struct Wish {
-  // What the axis is to follow. A torque tau is the motion that asks for it: where the axis is already, and the
-  // reaction -tau. A drive that closes its loop here follows it,
+  // The motion that the axis shall follow. A law that asks for a torque tau gives the axis' own motion with the
+  // reaction -tau. A drive whose loop is closed here then computes
   //
   //   a_ref = C_p (x - x) - K_f (-tau + f) = K_f (tau - f)
   //
-  // by which the axis is an inertia of 1/K_f under tau, its own friction compensated.
+  // so that the axis behaves as an inertia of 1/K_f under tau, with its own friction compensated.
   Motion<N> follow = {};
-  // It is the torque that counts: a device behind its own controller is asked for that, by the same law without C_p,
-  // whose x and v would come to it late.
+  // True: only the torque counts. A device with a controller of its own gets the torque and applies the same law
+  // without C_p, because x and v would reach it late.
   bool as_torque = false;
   Told<N> tell = {};
-  double energy = 0.0;  // J, told with it: what was taken from this axis so far
+  double energy = 0.0;  // J, sent with it: sum of the energy taken from this axis so far
 
   static Wish torque(const Joints<N>& tau, const Motion<N>& local) noexcept {
     return {.follow = {local.x, local.v, -tau}, .as_torque = true, .tell = Told<N>::motion(local)};
@@ -89,7 +89,7 @@ struct Wish {
 
 inline constexpr std::size_t kMostLawSignals = 8;
 
-// What a law shows of its first joint.
+// The values that a law records of its first joint.
 struct LawSignals {
   using Own = std::array<double, kMostLawSignals>;
   using Remark = int (*)(const Own&, std::span<char>) noexcept;
@@ -99,10 +99,11 @@ struct LawSignals {
     return none;
   }
 
-  double x_cdob = 0.0;  // rad, what is followed beyond what was received, before alpha
-  double alpha = 1.0;   // of that, what is used
-  Own own = nothing();  // in the order of its row
-  // A sentence on what was decided last, made of own outside the tick, whenever decisions has grown; as snprintf.
+  double x_cdob = 0.0;  // rad, compensation added to the received angle, before alpha
+  double alpha = 1.0;   // share of the compensation that is used
+  Own own = nothing();  // in the order of the signals in its row
+  // Count of decisions. When it has grown, a sentence on the last decision is made from `own`, outside the tick, in the
+  // manner of snprintf.
   int decisions = 0;
   Remark remark = nullptr;
 };
@@ -117,9 +118,9 @@ class Law {
 
   const LawNeeds& needs() const noexcept { return needs_; }
 
-  // Engaged from this tick on; before its step.
+  // The station is engaged from this tick on; called before step().
   virtual void start(const LawInputs<N>& in) noexcept = 0;
-  // Once per tick, engaged or not. Not engaged, what it wishes to follow is nobody's concern, and it tells.
+  // Once per tick, engaged or not. While not engaged only the part of the wish that is sent to the peer is used.
   virtual Wish<N> step(const LawInputs<N>& in) noexcept = 0;
   virtual LawSignals signals() const noexcept { return {}; }
 

@@ -1,30 +1,34 @@
-// Model-mediated force feedback: the therapist feels a model of what the patient's side touches, here and now, and the
-// network only teaches the model (after Mitra & Niemeyer 2008).
+// Model-mediated force feedback: the therapist feels, without delay, a model of the object that the patient's side
+// touches. The network only carries the data from which the model is learnt (after Mitra & Niemeyer 2008).
 //
 //   f_model = k (x_p - x_0) + b v_fast beyond x_0, never pulling          a_p = C_p (x_m - x_p) - K_f (f_m + f_model)
 //
-// x_p is the slave as it will be once it has seen what the master does now: it obeys the slave's own law. The master
-// runs four channels against (x_p, v_p, f_model) without delay, so no fast loop crosses the network; the patient's side
-// is plain four channels and packets carry what they always do. k and x_0 are learnt from the slave's motion as played
-// out, on each side of the axis for itself: a hand resists both ways, a wall one.
+// x_p is the predicted angle of the slave, at the time when the master's present motion will have reached it; the
+// prediction obeys the slave's own law. The master runs four channels against (x_p, v_p, f_model) without delay, so
+// that no fast loop crosses the network. The patient's side runs plain four channels, and packets carry the same
+// content as for these. k and x_0 are learnt from the slave's motion as played out, separately for each direction: a
+// hand resists in both, a wall in one.
 //
-// At rest the master's law and the model's give x_p = x_m and f_model = -f_m, and the slave's then x_s = x_m, as soon
-// as x_0 says what the slave feels: the steady force does not depend on k. What is left to cross the network is x_0,
-// and the gain around that loop is (k_true - k)/(K_h + k): below 1 for every arm K_h if k is at least half of k_true.
-// A wall is a spring of kStiffest whose x_0 goes where the torque is right.
+// At rest the laws of master and model give x_p = x_m and f_model = -f_m. The slave's law then gives x_s = x_m, once
+// x_0 is such that the model's torque equals the torque at the slave: the steady force does not depend on k. Only x_0
+// still crosses the network, and the gain around that loop is (k_true - k)/(K_h + k). It is below 1 for every arm K_h
+// if k is at least half of k_true. A wall is modelled as a spring of kStiffest whose x_0 moves to where the torque is
+// right.
 //
-// While k is not learnt yet, a wall is softer in the model than it is, and the slave behind it presses by its own law:
-// a spring of K_p/K_f that x_0 brings to the therapist late. What comes late takes damping away, most of it from the
-// inertia 1/K_f on that spring (14 to 20 rad/s): x_0 is slow against that, and the damping is above it.
+// Until k is learnt, a wall is softer in the model than in reality. The slave behind it then acts as a spring of
+// K_p/K_f, by its own law, whose force reaches the therapist through x_0 and one delay late. Delay removes damping,
+// most at the resonance of the inertia 1/K_f on that spring (14 to 20 rad/s). Therefore x_0 follows well below this
+// frequency, and damping is added above it.
 //
-// After a gap in time what is shown leaps, and k would be learnt of the leaps: x_0 alone follows, slowly. Were it to
-// wait too, a host that stops for some ms again and again would never learn what is touched, and the therapist would
-// feel nothing of it.
+// After a gap in time the motion shown of the slave leaps, and a k learnt from the leaps would be wrong: only x_0
+// follows, slowly. If x_0 waited too, a host that stops for some ms again and again would never learn the contact, and
+// the therapist would not feel it.
 //
-// Who moves of himself, trembles or catches is no spring: where torque goes with no regard to the angle, or against it,
-// k stays as it was and x_0 alone follows. When k changes, the torque here and now does not. Friction of the slave's
-// tendons is named (common/observer/tendon_friction.hpp) and in free motion taken from what is learnt; the slave is
-// sent what it needs to overcome it, so that it neither drags nor lags.
+// A patient who moves actively, trembles or has a spastic catch does not behave as a spring. While torque and angle are
+// uncorrelated, or negatively correlated, k is frozen and only x_0 follows. A change of k does not change the present
+// torque. Friction of the slave's tendons is estimated (common/observer/tendon_friction.hpp) and, in free motion,
+// subtracted before the contact is learnt. The slave is sent the torque that overcomes this friction, so that it
+// neither drags nor lags.
 #pragma once
 
 #include <algorithm>
@@ -40,10 +44,10 @@
 
 namespace farhand {
 
-// What may be learnt of what the peer shows.
-enum class Learns { kNothing, kWhere, kAll };  // nothing newer of it is shown; a gap was a moment ago; else
+// Which part of the model may be learnt from the motion of the peer.
+enum class Learns { kNothing, kWhere, kAll };  // while nothing newer is shown; just after a gap in time; else
 
-// What resists rising angles. Falling ones are the same, mirrored.
+// The contact that resists rising angles. Contact with falling angles is the mirror image.
 class ContactModel {
  public:
   // K_f: of the law, 1/(kg m2).
@@ -66,14 +70,14 @@ class ContactModel {
     if (pressed_ && learns == Learns::kAll) identify();
     if (!known_) return;
     const double k_before = std::exchange(k_, std::clamp(aim_, k_ / growth_, k_ * growth_));
-    if (x_p > x_0_) x_0_ = x_p - (x_p - x_0_) * k_before / k_;  // the torque here and now stays
+    if (x_p > x_0_) x_0_ = x_p - (x_p - x_0_) * k_before / k_;  // the present torque does not change
     if (pressed_ || k_ * (x_ - x_0_) > kRelease) {
       const double measured = x_ - std::max(0.0, f_) / k_;
       x_0_ += std::clamp(settle_ * (measured - x_0_), -step_, step_);
     }
   }
 
-  // N m, at the model's angle. v_fast: what of its velocity is faster than a person moves on purpose, rad/s.
+  // Torque at the model's angle, N m. v_fast: part of its velocity that is faster than voluntary motion, rad/s.
   double force(double x_p, double v_fast) const noexcept {
     if (!known_ || x_p <= x_0_) return 0.0;
     return std::max(0.0, k_ * (x_p - x_0_) + critical_ * std::sqrt(k_) * v_fast);
@@ -81,33 +85,33 @@ class ContactModel {
 
   // N m/rad.
   double k() const noexcept { return k_; }
-  // rad/s: how fast x_0 follows from now on.
+  // g: cut-off with which x_0 follows from now on, rad/s.
   void settle(double g, double dt_s) noexcept { settle_ = LowPass<1>(Cutoff::rad_s(g), dt_s).smoothing(); }
 
  private:
-  static constexpr double kTouch = 0.05, kRelease = 0.02;    // N m: of the noise of 0.024 kLearn leaves 0.0012
+  static constexpr double kTouch = 0.05, kRelease = 0.02;    // N m: kLearn reduces noise of 0.024 to 0.0012
   static constexpr double kFirst = 3.0;                      // N m/rad, before anything was learnt
   static constexpr double kSoftest = 0.2, kStiffest = 30.0;  // N m/rad
   static constexpr double kLearn = 50.0;                     // rad/s
   static constexpr double kSettle = 8.0;                     // rad/s, of x_0
-  static constexpr double kSpeed = 0.5;                      // rad/s, of x_0 at most
-  static constexpr double kGrowth = 10.0;                    // times in a second, k at most
+  static constexpr double kSpeed = 0.5;                      // rad/s, largest speed of x_0
+  static constexpr double kGrowth = 10.0;                    // largest factor by which k changes in a second
   static constexpr double kDamping = 0.8;   // ratio, of the model's spring and the inertia 1/K_f of both sides
-  static constexpr double kMemory = 0.97;   // of a sample at the next
+  static constexpr double kMemory = 0.97;   // forgetting factor per sample
   static constexpr double kAlike = 0.5;     // square of the correlation
-  static constexpr double kPrior = 3000.0;  // so many squares of the noise what is learnt must reach over
+  static constexpr double kPrior = 3000.0;  // signal-to-noise at which fitted slope and prior count the same
 
   void begin(double x_p) noexcept {
     line_.forget();
-    if (!known_) x_0_ = std::max(x_p, x_ - f_ / k_);  // the force begins at zero
+    if (!known_) x_0_ = std::max(x_p, x_ - f_ / k_);  // so that the torque begins at zero
     known_ = true;
   }
 
   void identify() noexcept {
     if (!line_.add(x_, f_) || line_.samples() < 3) return;
     const double xx = line_.xx(), ff = line_.ff(), xf = line_.xf();
-    // Whoever moves of himself lets torque go with no regard to the angle: that teaches nothing; or fall where the
-    // angle rises: then what was learnt of him may be as wrong.
+    // In a patient who moves actively, torque and angle are uncorrelated: nothing can be learnt. Or torque falls while
+    // the angle rises: then the k learnt so far may be wrong, too.
     if (line_.moved()) {
       const bool alike = xf * xf > kAlike * xx * ff;
       if (alike && xf < 0) aim_ = std::max(aim_, kFirst);
@@ -137,14 +141,14 @@ class Mediator {
         falling_(make(K.K_f, dt_s)),
         v_slow_(Cutoff::rad_s(kOnPurpose), dt_s) {}
 
-  // rad/s: how fast x_0 follows from now on.
+  // g: cut-off with which x_0 follows from now on, rad/s.
   void settle(double g) noexcept {
     for (Contacts* side : {&rising_, &falling_}) {
       for (ContactModel& contact : *side) contact.settle(g, dt_s_);
     }
   }
 
-  // The model starts where the slave was last heard of. What was learnt stays.
+  // The model starts at the last received motion of the slave. What was learnt stays.
   void reset(const Motion<N>& received) noexcept {
     slave_ = {received.x, received.v, Joints<N>::Zero()};
     for (Device& device : devices_) device.named = 0.0;
@@ -171,7 +175,7 @@ class Mediator {
     return slave_;
   }
 
-  // N m, what the patient's device needs beside the therapist's torque where the master is now.
+  // Torque that the patient's device needs beside the therapist's torque, at the master's present position, N m.
   Joints<N> device_needs() const noexcept {
     Joints<N> all;
     for (int j = 0; j < N; ++j) {
@@ -180,7 +184,7 @@ class Mediator {
     }
     return all;
   }
-  // Of the first joint, N m/rad.
+  // Stiffness of the first joint's contact with rising angles, N m/rad.
   double k_rising() const noexcept { return rising_[0].k(); }
   double k_falling() const noexcept { return falling_[0].k(); }
   double friction_named() const noexcept { return devices_[0].tendons.F_c(); }  // N m
@@ -188,16 +192,16 @@ class Mediator {
  private:
   struct Device {
     TendonFriction tendons;
-    Hysteresis there, here;  // at the slave as played out, and at the master
-    double named = 0.0;      // N m, fading in
+    Hysteresis there, here;  // driven by the slave's angle as played out, and by the master's
+    double named = 0.0;      // N m, estimated friction, fading in
   };
-  // Friction is taken from what is learnt, and given to the device, in free motion only: under load a torque that turns
-  // with the angle would shake, and what friction takes there shows as a difference of the sides.
+  // Friction is subtracted from the learnt torque, and given to the device, in free motion only. Under load a torque
+  // that changes sign with the motion would cause oscillation; friction then appears as a difference between the sides.
   double unloaded(int j) const noexcept {
     const double named = devices_[static_cast<std::size_t>(j)].named;
     return named > 0.0 ? std::clamp(2.0 - 2.0 * std::abs(slave_.f[j]) / named, 0.0, 1.0) : 0.0;
   }
-  // Of what the slave tells, how much is the friction of its device.
+  // The part of the slave's torque that is friction of its device, N m.
   double friction(Device& device, double x, double f, double x_m, bool calm) noexcept {
     if (calm) {
       device.tendons.step(x, f);
@@ -213,8 +217,8 @@ class Mediator {
   }
 
   using Contacts = std::array<ContactModel, static_cast<std::size_t>(N)>;
-  static constexpr double kSteepest = 10.0;  // N m/rad: a torque that turns within less way shakes
-  static constexpr double kFriction = 0.5;   // N m/s, at which what is named comes into force
+  static constexpr double kSteepest = 10.0;  // N m/rad: a torque that reverses over less motion causes oscillation
+  static constexpr double kFriction = 0.5;   // N m/s, at which the estimated friction takes effect
 
   static Contacts make(double K_f, double dt_s) {
     return [&]<std::size_t... I>(std::index_sequence<I...>) { return Contacts{((void)I, ContactModel(K_f, dt_s))...}; }

@@ -1,4 +1,4 @@
-// Four channels against a learnt model of the patient's side, on the therapist's (common/law/mediator.hpp).
+// Four channels on the therapist's side against a learnt model of the patient's side (common/law/mediator.hpp).
 #pragma once
 
 #include "common/law/law.hpp"
@@ -57,14 +57,14 @@ class ModelMediated final : public Law<N> {
     return all;
   }
 
-  // rad/s: how fast the model's contact follows from now on.
+  // g: cut-off with which the model's contact follows from now on, rad/s.
   void settle(double g) noexcept { mediator_.settle(g); }
   const Joints<N>& device_needs() const noexcept { return needs_; }
 
  private:
   Mediator<N> mediator_;
-  Joints<N> ahead_ = Joints<N>::Zero();  // rad, the model, of the slave as received
-  Joints<N> needs_ = Joints<N>::Zero();  // N m, of the slave's device beside what the therapist gives
+  Joints<N> ahead_ = Joints<N>::Zero();  // rad, angle of the model minus received angle of the slave
+  Joints<N> needs_ = Joints<N>::Zero();  // N m, torque that the slave's device needs beside the therapist's
 };
 
 }  // namespace farhand

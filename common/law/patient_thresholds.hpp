@@ -1,16 +1,17 @@
-// The thresholds of SDCV as the patient gives them: f_2 belongs to the hand, f_1 is the friction of its device.
+// The thresholds of the SDCV, estimated from the patient: f_2 from the hand, f_1 from the friction of its device.
 //
 //   f_2 = 0.3 |k (x - x_0)| at the largest deflection seen          f_1 = F_c, within 0.25 and 0.9 of f_2
 //
-// F_c counts as 0.03 N m at least: what the observers leave of free motion is no contact.
+// F_c counts as 0.03 N m at least, because the observers leave a torque of that size in free motion without contact.
 //
-// k and x_0 are those of the straight line that lies closest to what the slave told under load (Deming: both
-// coordinates err), pressed and let go, in both directions. Fixed thresholds fit one patient: a hand of 0.5 N m/rad
-// never reaches 0.75 N m, its compensation stays, and the therapist feels half of it.
+// k and x_0 are those of the straight line closest to the slave's angle and torque under load (Deming: both coordinates
+// have errors), while it is pressed and released, in both directions. Fixed thresholds fit only one patient: a hand of
+// 0.5 N m/rad never reaches 0.75 N m, so its compensation stays, and the therapist feels half of the torque.
 //
-// Who moves of himself or trembles lies on no line for long, and a stiff wall leaves no way to tell one by: then
-// nothing is learnt, and what is in force stays. Friction of the tendons (common/observer/tendon_friction.hpp) is taken
-// from the torque first; what was fitted before it was named may have been friction and is forgotten.
+// The torque of a patient who moves actively or trembles does not stay on a line for long, and a stiff wall yields too
+// little motion to fit a line. Then nothing is learnt, and the thresholds in force stay. Tendon friction
+// (common/observer/tendon_friction.hpp) is subtracted from the torque first. A line that was fitted before the friction
+// was estimated may have been friction and is forgotten.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +40,7 @@ class PatientThresholds {
         aim_1_(scene.f_1),
         aim_2_(scene.f_2) {}
 
-  // The next hand may be another one, or lie elsewhere; what is in force stays until it is known.
+  // The next hand may be another one, or lie elsewhere. The thresholds in force stay until that hand is known.
   void reset() noexcept {
     forget();
     begun_ = false;
@@ -57,7 +58,7 @@ class PatientThresholds {
     const double touch = std::max(kTouch, kOfFriction * friction_.F_c());
     pressed_ = std::abs(f_) > (pressed_ ? kRelease * touch : touch);
     if (pressed_) identify();
-    // A push that happens to rise with the angle is a line as well, but soon leaves it.
+    // An active push that happens to rise with the angle also lies on a line, but soon leaves it.
     const bool on_line = alike_ && std::abs(f_ - fitted(x_)) < std::max(kRelease * touch, kOff * std::abs(f_));
     if (pressed_) held_s_ = on_line ? held_s_ + dt_s_ : 0.0;
     if (pressed_ && held_s_ > kHolds) name();
@@ -67,18 +68,18 @@ class PatientThresholds {
 
   double f_1() const noexcept { return f_1_; }  // N m, in force
   double f_2() const noexcept { return f_2_; }
-  double named() const noexcept { return named_; }  // N m: f_2 of the patient; 0 while nothing is named
+  double named() const noexcept { return named_; }  // N m: estimated f_2 of the patient; 0 before the first estimate
   double k() const noexcept { return k_; }          // N m/rad
 
  private:
-  static constexpr double kOfLargest = 0.3;                // f_2 of the largest torque
-  static constexpr double kLowest = 0.25, kHighest = 0.9;  // f_1 of f_2
-  static constexpr double kUntold = 0.03;                  // N m, least F_c
-  static constexpr double kSpeed = 0.5;                    // N m/s, at which what is named comes into force
+  static constexpr double kOfLargest = 0.3;                // f_2 as a share of the largest torque of the fitted line
+  static constexpr double kLowest = 0.25, kHighest = 0.9;  // bounds of f_1 as shares of f_2
+  static constexpr double kUntold = 0.03;                  // N m, lower bound of F_c
+  static constexpr double kSpeed = 0.5;                    // N m/s, at which estimated thresholds take effect
   static constexpr double kLearn = 50.0;                   // rad/s
-  static constexpr double kTouch = 0.05, kRelease = 0.4;   // N m, and of it; noise of 0.024 becomes 0.004
-  static constexpr double kOfFriction = 0.5;               // what a wrong L leaves of it is less
-  static constexpr double kMemory = 0.995;                 // of a sample at the next: 0.4 rad of way
+  static constexpr double kTouch = 0.05, kRelease = 0.4;   // N m, and release as a share; noise of 0.024 becomes 0.004
+  static constexpr double kOfFriction = 0.5;               // share of F_c; a wrong L leaves less of the friction
+  static constexpr double kMemory = 0.995;                 // forgetting factor per sample: 0.4 rad of motion
   static constexpr double kEnough = 8.0;                   // samples
   static constexpr double kAlike = 0.8;                    // square of the correlation
   static constexpr double kHolds = 1.0, kOff = 0.2;        // s that a line must hold, pressed; of the torque

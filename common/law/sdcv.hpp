@@ -2,8 +2,8 @@
 //
 //   alpha = 1 for |f_s| <= f_1, 0 for |f_s| >= f_2, linear in between      (Daud 2011, 5.17; there without the modulus)
 //
-// Compensation buys operability in free motion and costs force in contact; f_1 is the friction of the slave, f_2
-// belongs to the patient. Unfiltered, alpha limit-cycles between f_1 and f_2, because releasing the compensation
+// Compensation improves operability in free motion and costs force in contact. f_1 is the friction of the slave; f_2
+// depends on the patient. Unfiltered, alpha limit-cycles between f_1 and f_2, because releasing the compensation
 // changes f_s.
 #pragma once
 
@@ -22,7 +22,7 @@ class Sdcv {
     filter_.reset(Joints<N>::Ones());
   }
 
-  // N m, of joint j; f_1 below f_2.
+  // Thresholds of joint j, N m; f_1 below f_2.
   void set_thresholds(int j, double f_1, double f_2) noexcept { f_1_[j] = f_1, f_2_[j] = f_2; }
 
   // alpha before the low-pass.

@@ -1,13 +1,15 @@
-// Two channels, position one way and force the other (Daud 2011, 4.4.1, 5.3.1). The master is held to where the slave
-// was; the slave gives the torque that this took. Stable over short delays only: the one loop goes through both.
+// Two channels, position one way and force the other (Daud 2011, 4.4.1, 5.3.1). A spring and a damper hold the master
+// to the delayed position of the slave; the slave applies the torque of that spring. It is stable over short delays
+// only, because its single loop passes through both directions of the network.
 //
 //   tau_m = -F,   F = K_2 (x_m - x_s^d) + B_2 (v_m - v_s^d)          tau_s = F^d - B_slave v_s
 //
-// While nothing newer comes the slave is taken to stand where it was last, and a therapist who goes on would be held
-// there: what a word that is old gives him never grows. Where a host stops and its drive lets go, again and again, the
-// therapist pushes through, or the slave stands back, and F grows: so the slave is told what was given here on an
-// average, and the therapist feels what counts of a slave that was let go of. A slave whose own drive lets go gives
-// less, too: its hand swings, and would be met by all of it (tests/gaps_test.cpp).
+// While no newer packet comes, the slave is assumed to stand at its last position, and a therapist who moves on would
+// be held there: therefore the torque from an old position never grows. If a host stops again and again and its drive
+// lets go, the therapist pushes through, or the slave stays behind, and F grows. Therefore the slave is sent the mean
+// torque that was really applied here, and the therapist feels the torque reduced by the share of time in which the
+// slave's drive acted. A slave whose own drive let go applies less torque, too, because its hand swings and would meet
+// the full torque (tests/gaps_test.cpp).
 #pragma once
 
 #include <utility>
@@ -17,7 +19,7 @@
 
 namespace farhand {
 
-// What the master gives against the therapist, N m. Positive where the master is ahead of the slave.
+// Torque of the master against the therapist, N m. Positive if the master is ahead of the slave.
 template <int N>
 Joints<N> held_to(const TwoChannelParams& p, const Motion<N>& local, const Motion<N>& received) noexcept {
   return p.K_2 * (local.x - received.x) + p.B_2 * (local.v - received.v);
@@ -26,7 +28,7 @@ Joints<N> held_to(const TwoChannelParams& p, const Motion<N>& local, const Motio
 template <int N>
 class HeldTo {
  public:
-  // silent_s: since something newer of the slave was shown. Same sign as held_to().
+  // silent_s: time since a newer motion of the slave was shown. Same sign as held_to().
   const Joints<N>& step(const TwoChannelParams& p, const Motion<N>& local, const Motion<N>& received,
                         double silent_s) noexcept {
     const bool old = silent_s > kOld;

@@ -1,5 +1,5 @@
 // Two channels (two_channel.hpp) with a passivity observer and controller at each port (common/law/passivity.hpp).
-// They stand below the law and lower its torque, or damp, only where energy is short.
+// They stand below the law, and lower its torque or add damping only when the energy budget is short.
 #pragma once
 
 #include "common/law/law.hpp"
@@ -9,7 +9,7 @@
 
 namespace farhand {
 
-// Of one side: its account, and what that leaves of a torque.
+// The port of one side: its energy account, and the torque that the account allows.
 template <int N>
 class AccountedPort {
  public:
@@ -23,7 +23,7 @@ class AccountedPort {
     slack_.setZero();
   }
 
-  // Of the time since the last tick, before anything is asked for in this one.
+  // Books the energy of the time since the last tick; called before passive() of this tick.
   void keep(const Account<N>& account) noexcept {
     if (!account.engaged) return;
     const Joints<N> within = (slack_ + account.moved).max(-0.5 * kPlay).min(0.5 * kPlay);
@@ -32,7 +32,7 @@ class AccountedPort {
     port_.step((account.acted * tau_ * moved).sum(), (account.acted * damper_ * moved).sum(), account.received);
   }
 
-  // law: the torque that is asked for, N m.
+  // law: torque that the law asks for, N m.
   Wish<N> passive(const Joints<N>& law, const Motion<N>& local) noexcept {
     port_.decide((law * local.v).sum());
     damper_ = port_.damping() * local.v;
@@ -49,13 +49,13 @@ class AccountedPort {
   }
 
  private:
-  // Resting, an encoder shows its last count now and again: no motion, and no energy.
+  // The encoder of an axis at rest may toggle by one count: that is no motion and no energy.
   static constexpr double kPlay = 0.4e-3;  // rad, more than a count of 20000
 
   PortPassivity port_;
-  Joints<N> tau_ = Joints<N>::Zero();     // N m, of the law and the damper since the last tick
-  Joints<N> damper_ = Joints<N>::Zero();  // N m, of it, against the motion
-  Joints<N> slack_ = Joints<N>::Zero();   // rad, of the play through which the axis moves the account
+  Joints<N> tau_ = Joints<N>::Zero();     // N m, torque of law and damper since the last tick
+  Joints<N> damper_ = Joints<N>::Zero();  // N m, the damper's part of it
+  Joints<N> slack_ = Joints<N>::Zero();   // rad, state of the play between the axis and its account
 };
 
 inline constexpr LawBlock kPortBlock{
@@ -71,7 +71,7 @@ inline constexpr LawBlock kPortBlock{
       });
     }};
 
-// What both sides have.
+// The parts that both sides have.
 template <int N>
 class TwoChannelPassivity : public Law<N> {
  public:

@@ -1,5 +1,5 @@
-// Wave variables (common/law/wave_variables.hpp). What is sent beside the angle, by which the sides align, is the
-// integral of the wave: what is lost on the way is made up for by the next packet.
+// Wave variables (common/law/wave_variables.hpp). A packet carries the angle, for aligning the sides, and the integral
+// of the wave, so that the next packet makes up for a lost one.
 #pragma once
 
 #include "common/law/law.hpp"

@@ -1,21 +1,21 @@
-// Wave variables: what crosses the network is neither force nor velocity but the power that goes each way, so that a
-// constant delay stores energy and never makes any (Niemeyer & Slotine 1991; Daud 2011, 4.65-4.70, where 4.67 misses a
-// root).
+// Wave variables: the signals on the network are neither force nor velocity but waves whose squares are the power in
+// each direction, so that a constant delay stores energy and never generates it (Niemeyer & Slotine 1991; Daud 2011,
+// 4.65-4.70, where 4.67 lacks a root).
 //
 //   master:  F_md = b V_m + sqrt(2 b) v_m          u_m = (F_md + b V_m) / sqrt(2 b)       v_m = u_s delayed
 //   slave:   V_sd = (sqrt(2 b) v_s - F_s) / b      u_s = (F_s - b V_sd) / sqrt(2 b)       v_s = u_m delayed
 //
-// The slave follows V_sd by a spring and a damper, F_s = K_s (x_sd - x_s) + B_s (V_sd - V_s), which is also what it
-// presses on the hand with. At rest x_m - x_sd = F R / (2 b) over a round trip of R.
+// The slave follows V_sd by a spring and a damper, F_s = K_s (x_sd - x_s) + B_s (V_sd - V_s). F_s is also its torque on
+// the hand. At rest x_m - x_sd = F R / (2 b) over a round trip of R.
 //
-// Matched impedances: an element b at an end, so that nothing is reflected there. At the slave V_sd feels F_s + b V_sd,
+// Matched impedances: an element b at an end, so that no wave is reflected there. At the slave V_sd feels F_s + b V_sd,
 //   V_sd = (sqrt(2 b) v_s - F_s) / (2 b),   u_s = F_s / sqrt(2 b)         x_m^d - x_sd = 1/(2 b) int_{t-R}^t F_s (4.69)
 // and at the master as well, F_md = (b V_m + sqrt(2 b) v_m) / 2, u_m = sqrt(b/2) V_m,
 //                                                              x_m^d - x_sd = 1/b int_0^t F_s + x_sd             (4.70)
-// which is half the motion and a drift under force.
+// which halves the motion and lets it drift under force.
 //
-// Packets carry the integral of the wave (common/law/wave.hpp): what a lost packet would have said is in
-// the next one, so that neither loss nor jitter becomes a drift.
+// Packets carry the integral of the wave (common/law/wave.hpp): the next packet contains the content of a lost one, so
+// that neither loss nor jitter becomes a drift.
 #pragma once
 
 #include <algorithm>
@@ -40,8 +40,8 @@ class ReceivedWave {
     was_held_ = false;
   }
 
-  // held: nothing newer has arrived. The wave then goes on as it was, and what that was wrong by is given back slowly
-  // once it is known: in one tick it would be a blow.
+  // held: nothing newer has arrived. The last wave is then continued. Once the true wave is known, the error of this is
+  // corrected slowly: a correction within one tick would be a blow.
   const Joints<N>& step(const Joints<N>& integral, int ticks, bool held) noexcept {
     const double dt = dt_s_ * ticks;
     const Joints<N> came = integral - last_;
@@ -73,7 +73,7 @@ class MasterWave {
   explicit MasterWave(const WaveParams& p)
       : b_(p.b), root_(std::sqrt(2 * p.b)), matched_(p.matching == Matching::kBoth) {}
 
-  // V_m: own velocity; v_m: wave received. Afterwards force() and sent() belong to this instant.
+  // V_m: own velocity; v_m: received wave. Afterwards force() and sent() belong to this instant.
   void step(const Joints<N>& V_m, const Joints<N>& v_m) noexcept {
     F_md_ = (b_ * V_m + root_ * v_m) * (matched_ ? 0.5 : 1.0);
     u_m_ = matched_ ? Joints<N>(0.5 * root_ * V_m) : Joints<N>((F_md_ + b_ * V_m) / root_);
@@ -100,8 +100,8 @@ class SlaveWave {
     u_s_.setZero();
   }
 
-  // local: own motion; v_s: wave received; x_m: the master as played out, towards which x_sd drifts where that is asked
-  // for. F_s and V_sd depend on each other within the tick; x_sd is of the tick before.
+  // local: own motion; v_s: received wave; x_m: the master's angle as played out, towards which x_sd drifts if the
+  // drift setting is not 0. F_s and V_sd depend on each other within the tick; x_sd is that of the tick before.
   void step(const Motion<N>& local, const Joints<N>& v_s, const Joints<N>& x_m, int ticks) noexcept {
     const Joints<N> spring = p_.K_s * (x_sd_ - local.x) - p_.B_s * local.v;
     V_sd_ = (root_ * v_s - spring) / ((matched_ ? 2 * p_.b : p_.b) + p_.B_s);

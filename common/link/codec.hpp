@@ -1,8 +1,9 @@
 // Packet <-> datagram: Protobuf of constant size with a CRC-32C at the end.
 //
-// A bare Protobuf message accepts most bit flips. Here size, every tag and every length byte are compared with the only
-// layout there is, then the checksum; then every value stands at a place of its own, and is read there. The constructor
-// holds the places against Protobuf's own bytes, so that others read and write packets by proto/packet.proto.
+// A bare Protobuf message accepts most bit flips. This codec first compares size, every tag and every length byte with
+// the only possible layout, then the checksum. After that every value is at a known place and is read there. The
+// constructor checks these places against the bytes that Protobuf writes, so that other programs can read and write
+// packets by proto/packet.proto.
 #pragma once
 
 #include <array>
@@ -33,9 +34,9 @@ template <int N>
 class PacketCodec {
  public:
   static constexpr std::size_t kSize = 75 + 3 * 8 * std::size_t{N};
-  static constexpr std::size_t kEnergyBytes = 1 + 8;  // beside kSize, in packets with energy
+  static constexpr std::size_t kEnergyBytes = 1 + 8;  // in addition to kSize, in packets with energy
 
-  // Throws std::logic_error if Protobuf writes packets otherwise.
+  // Throws std::logic_error if Protobuf writes packets in another layout.
   explicit PacketCodec(bool with_energy = false);
   PacketCodec(const PacketCodec&) = delete;
   PacketCodec& operator=(const PacketCodec&) = delete;

@@ -10,7 +10,7 @@ namespace farhand {
 
 inline constexpr std::uint32_t kProtocolVersion = 1;
 
-// What a station is doing. The numbers are on the wire and in recordings: never reuse one.
+// State of a station. The numbers are on the wire and in recordings: never reuse one.
 enum class StationState : std::uint8_t {
   kReady = 0,
   kAligning = 1,
@@ -38,7 +38,7 @@ struct Packet {
   StationState state = StationState::kReady;
   std::uint32_t limits = 0;  // LimitBit
   Motion<N> motion;
-  double energy = 0.0;  // J so far, never falling; on the wire only in scenes that say (PacketCodec)
+  double energy = 0.0;  // J so far, never falling; on the wire only if the law needs it (PacketCodec)
 };
 
 }  // namespace farhand

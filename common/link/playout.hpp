@@ -1,22 +1,24 @@
-// Which moment of the sender is shown now? Content time = now - offset, with one slowly moving offset, so that
-// irregular arrival turns into a constant delay and the shown velocity stays that of the sender.
+// Decides which moment of the sender is shown now. Content time = now - offset, with one slowly moving offset, so that
+// irregular arrival becomes a constant delay and the shown velocity stays that of the sender.
 //
 //   transit e = (first tick at which a packet can be shown) - (its send stamp)
 //   offset -> upper end of e,   base -> lower end of e,   depth = offset - base
 //
 // The two clocks are never compared: e contains their difference.
 //
-// e counts from ticks and not from arrivals, because content is only ever asked for at ticks: two stations with equal
+// e counts from ticks and not from arrivals, because content is only asked for at ticks: two stations with equal
 // periods then play each packet exactly, whatever the phase between their ticks.
 //
-// Upper end: median, over 16 buckets of 0.25 s, of the largest e in a bucket. With independent delays at 1 kHz that is
-// the 1 - ln2/250 = 99.7 % quantile: all but 0.3 % of the range for uniform jitter, 2.8 sigma for normal; a later
-// packet is bridged by interpolation like a lost one, so chasing the maximum of a normal delay would only add delay.
-// The median is blind to spikes rarer than one in 0.5 s. A delay that rose for good shows in the smallest of the newest
-// four buckets, after 1 s. Lower end: the running minimum (the second smallest of the bucket minima, against single
-// wrong stamps; their median would lie 1/250 of the range too high), which may rise by at most kSkewMax: that follows
-// any real clock, and a queue that builds up does not look like a clock. Skew needs no estimate of its own: the window
-// trails it by 2 to 4 s, 0.8 ms at 200 ppm.
+// Upper end: the median, over 16 buckets of 0.25 s, of the largest e in a bucket. With independent delays at 1 kHz that
+// is the 1 - ln2/250 = 99.7 % quantile: all but 0.3 % of the range for uniform jitter, 2.8 sigma for normal jitter. A
+// later packet is bridged by interpolation like a lost one; to wait for the maximum of a normal delay would only add
+// delay. The median ignores spikes rarer than one in 0.5 s. A permanent rise of the delay appears in the smallest of
+// the newest four buckets, after 1 s.
+//
+// Lower end: the running minimum. It is the second smallest of the bucket minima, so that a single wrong stamp has no
+// effect; their median would lie 1/250 of the range too high. It may rise by at most kSkewMax, which follows any real
+// clock; a queue that builds up is faster and is not taken for a clock. Skew needs no estimate of its own: the window
+// follows it with a lag of 2 to 4 s, 0.8 ms at 200 ppm.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +33,7 @@ namespace farhand {
 class PlayoutClock {
  public:
   // Bounds on the time warp d(offset)/d(now) after the first second: shown motion is at most 1 % fast and 5 % slow.
-  // Only depth_max is stronger: if the fastest transit drops by more than that (the clock of the peer was set), the
+  // Only depth_max overrides them: if the fastest transit drops by more than that (the clock of the peer was set), the
   // content jumps.
   static constexpr Nanoseconds kWarpFast = 100;  // 1/100
   static constexpr Nanoseconds kWarpSlow = 20;   // 1/20
@@ -39,11 +41,11 @@ class PlayoutClock {
 
   explicit PlayoutClock(Nanoseconds depth_max) : depth_max_(depth_max) {}
 
-  // Nothing is being shown that a jump could disturb: the offset is free again for one second. The base stays.
+  // No motion is being shown that a jump could disturb: the offset may jump again for one second. The base stays.
   void restart() noexcept { running_ = false; }
 
-  // A packet came, also if too late to be shown. `period`: mean spacing of stamps, the longest that a packet waits for
-  // a tick unless the receiver itself stalled, which says nothing about the link.
+  // For each packet, also if it is too late to be shown. `period`: mean spacing of stamps. A packet waits no longer
+  // than this for a tick, unless the receiver itself stalled, which does not belong to the link.
   void observe(Nanoseconds stamp, Nanoseconds arrival, Nanoseconds period) noexcept {
     const Nanoseconds latest = arrival - stamp + period;
     fresh_.stamp.include(stamp);
@@ -79,9 +81,9 @@ class PlayoutClock {
   Nanoseconds fastest(Nanoseconds now) const noexcept {
     return base_ + std::max<Nanoseconds>(now - base_time_, 0) / kSkewMax;
   }
-  // The offset is no longer free: from now on content keeps the bounds above.
+  // True once the offset may no longer jump: from now on content keeps the bounds above.
   bool settled(Nanoseconds now) const noexcept { return running_ && now - start_ >= kStart; }
-  // Whether fastest() means anything yet.
+  // True once fastest() is valid.
   bool based() const noexcept { return based_; }
 
  private:
@@ -108,8 +110,8 @@ class PlayoutClock {
     Range stamp, latest;
   };
 
-  // The newest packet is shown at once: what queued up before the first tick says nothing about the link, so it is left
-  // out.
+  // The newest packet is shown at once. Packets that queued up before the first tick do not show the delay of the link
+  // and are ignored.
   void start(Nanoseconds now, Range& e) noexcept {
     const Nanoseconds first = e.empty() ? offset_ : e.low;
     if (!e.empty()) e.high = e.low;

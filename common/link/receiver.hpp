@@ -1,13 +1,13 @@
-// Receiver: from packets in any order to "the remote side now".
+// Receiver: computes the present motion of the remote side from packets in any order.
 //
-// Order is explicit (sequence numbers, a ring), time is the sender's own (play-out, see playout.hpp), age is judged by
-// arrival on the local clock. All arithmetic is relative to the first packet of a session, so the clocks of the two
-// sides may differ by anything.
+// Order comes from sequence numbers (in a ring), time is the sender's own (play-out, see playout.hpp), and age is
+// judged by arrival on the local clock. All times are relative to the first packet of a session, so that the clocks of
+// the two sides may differ by any amount.
 //
-// A clock that steps, or a machine that was suspended, makes every packet look old or early. What proves one fresh all
-// the same is its echo, which the clock of the peer does not enter: the way here took no longer than the round trip,
-// and so over the fastest packet no longer than this round trip over the shortest. With that proof the clocks are
-// compared anew, and the station lets go as after silence; without it such a packet is not acted upon.
+// A clock that steps, or a machine that was suspended, makes every packet look old or early. The echoed stamp can still
+// prove that a packet is fresh, because it involves only our own clock: the excess of its transit over the fastest
+// packet is at most (this round trip - shortest round trip). With that proof the clocks are compared anew, and the
+// station lets go as after silence. Without it such a packet is not acted upon.
 #pragma once
 
 #include <algorithm>
@@ -26,9 +26,9 @@ namespace farhand {
 
 enum class Receipt : std::uint8_t {
   kAccepted,
-  kReordered,  // accepted too: it still lies ahead of what is shown
+  kReordered,  // accepted too: it still lies ahead of the content that is shown
   kDuplicate,
-  kLate,     // what it says lies behind what is shown
+  kLate,     // it lies behind the content that is shown
   kSession,  // of a session that has been replaced
   kExpired,
   kStamp,  // its send stamp contradicts its sequence number
@@ -37,10 +37,10 @@ enum class Receipt : std::uint8_t {
 
 struct ReceiverCounters {
   std::uint64_t received = 0;   // accepted, reordered ones included
-  std::uint64_t reordered = 0;  // came after a newer one and were still of use
+  std::uint64_t reordered = 0;  // came after a newer one, but were still used
   std::uint64_t duplicate = 0;
   std::uint64_t late = 0;
-  std::uint64_t lost = 0;  // gaps that play-out has passed; one that is then seen late moves to `late`
+  std::uint64_t lost = 0;  // gaps that play-out has passed; a packet that then comes late moves to `late`
   std::uint64_t sessions = 0;
   std::uint64_t rejected_session = 0;
   std::uint64_t rejected_expired = 0;
@@ -53,20 +53,21 @@ struct Played {
   bool any = false;   // false until the first packet; the rest is then zero
   bool held = false;  // nothing newer has arrived: the newest is repeated
   Motion<N> motion;
-  Nanoseconds depth = 0;         // play-out delay over the fastest packet
+  Nanoseconds depth = 0;         // play-out delay beyond the fastest packet
   Nanoseconds content_time = 0;  // sender's clock at `motion`
 };
 
 template <int N>
 class Receiver {
  public:
-  // own_session: what this station sends as its session; echoes of another say nothing about the round trip.
+  // own_session: session number that this station sends; echoes of another session are not used for the round trip.
   Receiver(const ReceiverParams& params, std::uint32_t own_session)
       : params_(params), own_session_(own_session), clock_(params.playout_max) {}
 
   Receipt accept(const Packet<N>& packet, Nanoseconds arrival) noexcept;
 
-  // Once per tick. Content time never goes backwards within a session, but where clocks are compared anew (take_lapse).
+  // Once per tick. Content time never goes backwards within a session, except when clocks are compared anew
+  // (take_lapse).
   Played<N> play(Nanoseconds now) noexcept;
 
   bool heard() const noexcept { return any_; }
@@ -79,16 +80,16 @@ class Receiver {
     return any_ ? now - last_arrival_ : std::numeric_limits<Nanoseconds>::max();
   }
   bool alive(Nanoseconds now) const noexcept { return silence(now) <= params_.timeout; }
-  // Since this was asked last the peer was silent for too long, a clock was set, or another session took over and
-  // claims to be engaged already, even if no tick fell into it: a host that slept finds a socket full of packets and a
-  // peer that seems alive. The station must let go of what it believed before.
+  // True if, since the last call, the peer was silent for too long, a clock was set, or another session took over that
+  // is engaged already. It is true even if no tick fell into that time: a host that was suspended finds a socket full
+  // of packets and a peer that seems alive. The station must then discard its earlier knowledge of the peer.
   bool take_lapse() noexcept { return std::exchange(lapsed_, false); }
-  // The first second after silence or a restart of the peer is over, in which what is shown may still jump in time.
+  // True after the first second that follows silence or a restart of the peer; in that second content may jump in time.
   bool settled(Nanoseconds now) const noexcept { return clock_.settled(difference(now, arrival_0_)); }
-  // Of the newest packet that echoed this station.
+  // Round trip of the newest packet that echoed this station.
   std::optional<Nanoseconds> rtt() const noexcept { return rtt_; }
 
-  // Also of packets that were too old to act upon.
+  // Fills the echo fields, also for packets that were too old to act upon.
   void echo(Packet<N>& outgoing, Nanoseconds now) const noexcept {
     if (!heard_) return;
     constexpr Nanoseconds kLongest = std::numeric_limits<std::uint32_t>::max();
@@ -103,14 +104,14 @@ class Receiver {
   static constexpr Nanoseconds kHorizon = Nanoseconds{1} << 59;  // 18 years: sums of a few stay far from overflow
 
   struct Slot {
-    std::uint32_t generation = 0;  // of the session; a ring is not cleared, it is outlived
+    std::uint32_t generation = 0;  // of the session; the ring is not cleared, old entries are recognised by this
     std::uint32_t seq = 0;
     bool playable = false;
     Nanoseconds stamp = 0;
     Motion<N> motion;
   };
 
-  // Modular, so that no number on the wire can overflow.
+  // Modular difference, so that no number on the wire can overflow.
   static Nanoseconds difference(Nanoseconds a, Nanoseconds b) noexcept {
     return static_cast<Nanoseconds>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
   }
@@ -140,7 +141,7 @@ class Receiver {
     compare_clocks(packet, arrival);
   }
 
-  // Everything before this packet is forgotten.
+  // Forgets everything before this packet.
   void compare_clocks(const Packet<N>& packet, Nanoseconds arrival) noexcept {
     ++generation_;
     stamp_0_ = packet.send_time_ns;
@@ -172,17 +173,17 @@ class Receiver {
   Nanoseconds expiry(const Packet<N>& packet) const noexcept {
     return packet.expiry_ms == 0 ? params_.expiry : std::min(params_.expiry, packet.expiry_ms * kMillisecond);
   }
-  // Mean spacing of the stamps so far; the longest possible while unknown.
+  // Mean spacing of the stamps so far; while unknown the longest possible one.
   Nanoseconds period() const noexcept {
     const std::int32_t packets = any_ ? distance(newest_.seq, first_seq_) : 0;
     return packets > 0 ? std::clamp<Nanoseconds>(newest_stamp_ / packets, 0, kPeriodMax) : kPeriodMax;
   }
 
-  // Moves what is shown to `content` on the straight line between its neighbours, also across packets that never came.
-  // What was shown last serves as the left neighbour, so a packet that arrives in between bends the line and never
-  // makes a step.
+  // Moves the shown motion to `content` on the straight line between its neighbours, also across packets that never
+  // came. The last shown motion serves as the left neighbour, so that a packet that arrives in between bends the line
+  // and never causes a step.
   void show(Nanoseconds content) noexcept {
-    const std::int64_t available = distance(newest_seq_, cursor_);  // up to the largest that 32 bits hold
+    const std::int64_t available = distance(newest_seq_, cursor_);  // up to the largest number of 32 bits
     const Slot* right = nullptr;
     const std::uint32_t from = cursor_;
     for (std::int64_t i = std::max<std::int64_t>(1, available - kSlots + 1); i <= available; ++i) {
@@ -233,7 +234,7 @@ class Receiver {
     if (rtt < 0 || rtt > 120 * kSecond) return {};
     return rtt;
   }
-  // Its age over the fastest packet, by its round trip and not by clocks, is within what it may be.
+  // True if its age beyond the fastest packet, computed from its round trip and not from clocks, is within the expiry.
   bool fresh_by_echo(const Packet<N>& packet, Nanoseconds arrival) const noexcept {
     const std::optional<Nanoseconds> rtt = round_trip(packet, arrival);
     return rtt && *rtt - shortest_rtt_.value_or(0) <= expiry(packet);
@@ -271,7 +272,7 @@ class Receiver {
 
   std::uint32_t cursor_ = 0;  // newest packet that play-out has passed
   std::uint32_t first_cursor_ = 0;
-  std::int32_t overwritten_ = 0;  // arrived, but pushed out of the ring before play-out passed it
+  std::int32_t overwritten_ = 0;  // arrived, but overwritten in the ring before play-out passed it
   Nanoseconds shown_stamp_ = 0;
   Motion<N> shown_;
   std::array<Slot, kSlots> ring_{};
@@ -279,6 +280,7 @@ class Receiver {
 
 template <int N>
 Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexcept {
+  // Reject motion that is no number and sessions that ended; any other new session takes over.
   if (!packet.motion.finite()) return count(counters_.rejected_not_finite, Receipt::kNotFinite);
   if (!heard_ || packet.session != session_) {
     if (std::find(retired_.begin(), retired_.begin() + retired_count_, packet.session) !=
@@ -287,14 +289,19 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
     }
     begin_session(packet, arrival);
   }
+  // Echo even a packet that is rejected below: the peer needs it to prove that it is fresh. Times relative to the
+  // session's first packet.
   if (distance(packet.seq, echoed_.seq) > 0) echoed_ = {packet.seq, packet.send_time_ns, arrival};
   Nanoseconds stamp = difference(packet.send_time_ns, stamp_0_);
   Nanoseconds at = difference(arrival, arrival_0_);
   if (beyond_horizon(stamp) || beyond_horizon(at)) return count(counters_.rejected_stamp, Receipt::kStamp);
 
+  // Order: too old for the ring, or seen before.
   const std::int32_t ahead = distance(packet.seq, newest_seq_);
   if (ahead <= -kSlots) return count(counters_.late, Receipt::kLate);
   if (seen(packet.seq)) return count(counters_.duplicate, Receipt::kDuplicate);
+
+  // Age beyond the fastest packet: expired, unless its echo proves that only a clock was set.
   const Nanoseconds late = clock_.based() ? at - stamp - clock_.fastest(at) : 0;
   const bool early = late < -expiry(packet);
   if (late > expiry(packet) || early) {
@@ -302,29 +309,35 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
       compare_clocks(packet, arrival);
       lapsed_ = true;
       stamp = at = 0;
-    } else if (!early || shortest_rtt_) {  // before there is any round trip, what comes early is only fast
+    } else if (!early || shortest_rtt_) {  // before the first round trip an early packet is only fast
       mark_useless(packet.seq);
       return count(counters_.rejected_expired, Receipt::kExpired);
     }
   }
+  // Numbers and stamps must have the same order.
   const std::int32_t ahead_of_newest = distance(packet.seq, newest_.seq);
   if (any_ && (ahead_of_newest > 0) != (stamp > newest_stamp_)) return count(counters_.rejected_stamp, Receipt::kStamp);
 
+  // The play-out learns from every fresh packet, also from one that is too late to be shown.
   clock_.observe(stamp, at, period());
   if (played_ && (stamp <= shown_stamp_ || distance(packet.seq, cursor_) <= 0)) {
     mark_useless(packet.seq);
     return count(counters_.late, Receipt::kLate);
   }
+
+  // Keep the motion for play-out; a packet after silence ends it as a lapse.
   Slot& slot = mark(packet.seq, true);
   slot.stamp = stamp;
   slot.motion = packet.motion;
   ++counters_.received;
   if (any_ && arrival - last_arrival_ > params_.timeout) {
     lapsed_ = true;
-    clock_.restart();  // the station holds: nothing acts on a jump
+    clock_.restart();  // the station holds: no motion follows a jump
   }
   last_arrival_ = any_ ? std::max(last_arrival_, arrival) : arrival;
   if (any_ && ahead_of_newest < 0) return count(counters_.reordered, Receipt::kReordered);
+
+  // The newest packet gives state, limits and round trip of the peer.
   any_ = true;
   newest_ = packet;
   newest_stamp_ = stamp;

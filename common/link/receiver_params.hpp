@@ -8,7 +8,7 @@ namespace farhand {
 struct ReceiverParams {
   Nanoseconds timeout = 100 * kMillisecond;  // silence after which the peer counts as gone
   Nanoseconds playout_max = 2 * kSecond;     // largest depth of the play-out
-  Nanoseconds expiry = 2 * kSecond;  // a packet that took longer than the fastest by more than this is never acted upon
+  Nanoseconds expiry = 2 * kSecond;          // a packet slower than the fastest by more than this is never acted upon
 };
 
 }  // namespace farhand

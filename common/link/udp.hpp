@@ -1,6 +1,6 @@
-// Datagrams to and from one peer, called from the loop: nothing here waits, and after the first packet nothing
-// allocates. Asio stays in the .cpp, because it and Boost.Asio cannot meet in one translation unit. Only loopback
-// addresses are taken, unless what travels is secured.
+// Datagrams to and from one peer, called from the loop: no function waits, and none allocates after the first packet.
+// Asio stays in the .cpp, because it and Boost.Asio cannot be used in one translation unit. Only loopback addresses are
+// accepted, unless the link is secured.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ struct UdpEndpoint {
   bool operator==(const UdpEndpoint&) const = default;
 };
 
-// What one host has for its own, whatever ports it uses: an IPv4 address, or the upper 64 bits of an IPv6 address,
-// because a network hands those out to a host and leaves it the rest.
+// Identity of a host, whatever ports it uses: an IPv4 address, or the upper 64 bits of an IPv6 address, because a
+// network assigns these to a host and leaves it the rest.
 struct UdpHost {
   std::array<std::uint8_t, 8> network{};
   bool v6 = false;
@@ -39,7 +39,7 @@ enum class EndpointUse { kListen, kPeer };
 UdpEndpoint parse_endpoint(std::string_view text, EndpointUse use);
 std::string to_string(const UdpEndpoint& endpoint);
 
-// How far a socket may reach. kAnywhere is for datagrams that are sealed and authentic end to end.
+// Addresses that a socket may use. kAnywhere is for datagrams that are sealed and authenticated end to end.
 enum class Reach { kLoopback, kAnywhere };
 
 class UdpSocket {
@@ -47,7 +47,7 @@ class UdpSocket {
   struct Received {
     std::size_t size = 0;
     UdpEndpoint sender{};
-    bool dropped = false;  // too long, or an error: counted, and nothing else of it is set
+    bool dropped = false;  // too long, or an error: counted; the other members are not set
   };
 
   struct Counters {
@@ -62,7 +62,7 @@ class UdpSocket {
   // Waits for peers; answers go nowhere until `accept`. Throws std::invalid_argument (address not loopback) or
   // std::runtime_error (port busy, not permitted), both with a sentence.
   static UdpSocket listen(const UdpEndpoint& local, Reach reach = Reach::kLoopback);
-  // Dials out: the kernel drops what does not come from this peer.
+  // Dials out: the kernel drops datagrams that do not come from this peer.
   static UdpSocket dial(const UdpEndpoint& peer, Reach reach = Reach::kLoopback);
 
   UdpSocket(UdpSocket&&) noexcept;
@@ -74,21 +74,21 @@ class UdpSocket {
 
   // To the peer. False when it was not sent: no peer yet, buffer full, or an error (counted).
   bool send(std::span<const std::byte> bytes) noexcept;
-  // To somebody else; a dialer has its peer only.
+  // To another address; a socket that dialled out has only its peer.
   bool send_to(std::span<const std::byte> bytes, const UdpEndpoint& to) noexcept;
-  // The next datagram, nothing when none waits. One that was dropped is answered too, so that the caller, who bounds
-  // its loop against a flood, goes on to those behind it.
+  // The next datagram, or an empty value if none waits. A dropped datagram is returned too, so that the caller, which
+  // bounds its loop against a flood, goes on to the next one.
   std::optional<Received> receive(std::span<std::byte> buffer) noexcept;
-  // Answers go to the newest sender whose packet was valid. Only the caller can judge that; a forged packet must not
-  // move the answers.
+  // Answers go to the newest sender whose packet was valid. Only the caller can judge this; a forged packet must not
+  // redirect the answers.
   void accept(const UdpEndpoint& sender) noexcept;
 
-  // Asks the kernel to drop longer ones before they take room in the socket: 13 datagrams of 9000 bytes fill it, and
-  // what comes then is lost. False if this kernel does not; then they come as `dropped`.
+  // Asks the kernel to drop longer datagrams before they take room in the socket: 13 datagrams of 9000 bytes fill it,
+  // and later ones are lost. Returns false if this kernel cannot; then they come as `dropped`.
   bool refuse_longer_than(std::size_t bytes) noexcept;
 
   const Counters& counters() const noexcept;
-  // Before they reached us: longer than they may be, or the socket was full. A system call of 0.2 us.
+  // Datagrams that the kernel dropped: longer than allowed, or the socket was full. A system call of 0.2 us.
   std::uint64_t dropped_by_kernel() const noexcept;
   int native_handle() const noexcept;  // for poll()
 

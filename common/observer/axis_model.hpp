@@ -1,4 +1,4 @@
-// What the controller believes about one axis: nominal inertia and the torques that it knows without measuring them.
+// The controller's model of one axis: nominal inertia and the torques that it knows without measuring them.
 #pragma once
 
 #include "common/signal/joints.hpp"
@@ -13,17 +13,17 @@ struct AxisModel {
   double gravity = 0.0;        // weight times lever, N m
   double gravity_angle = 0.0;  // rad, angle of the centre of mass from the upright at x = 0
 
-  // Gravity torque in the sign of a load: positive resists positive motion (J a = tau - load). An upright mass falls
-  // away from x = 0, so its load is negative for x > 0.
+  // Gravity torque with the sign of a load: positive resists positive motion (J a = tau - load). An upright mass falls
+  // away from x = 0; its load is therefore negative for x > 0.
   template <int N>
   Joints<N> gravity_load(const Joints<N>& x) const noexcept {
-    if (gravity == 0.0) return Joints<N>::Zero();  // an axis without weight does not pay for its sine
+    if (gravity == 0.0) return Joints<N>::Zero();  // no sine is computed for an axis without weight
     return -gravity * (x + gravity_angle).sin();
   }
 
-  // T_int + F_c + D w of (Daud 2011, B.10), in the sign of a load; weight is the gravity load here, an argument because
-  // the law needs it too and a sine is a fifth of a tick. Coulomb friction is smoothed over +-kStandstill: a
-  // bare sign of a quantised velocity would feed the encoder's last count back as torque.
+  // T_int + F_c + D w of (Daud 2011, B.10), with the sign of a load. `weight` is the gravity torque; it is an argument
+  // because the law needs it too and its sine takes a fifth of a tick. Coulomb friction is smoothed over +-kStandstill:
+  // the bare sign of a quantised velocity would feed the encoder's last count back as torque.
   template <int N>
   Joints<N> known_load(const Joints<N>& weight, const Joints<N>& v) const noexcept {
     if (coulomb == 0.0) return weight + viscous * v;

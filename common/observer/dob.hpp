@@ -3,9 +3,10 @@
 //   tau_dis = LPF_g( tau + J_n g v ) - J_n g v,  tau = K_tn i          (Daud 2011, B.8)
 //
 // Positive tau_dis resists positive motion, so the caller adds it to its torque. The low-pass must be backward Euler:
-// J_n g v goes in before it and comes out after it, and the two cancel in steady acceleration only if its ramp lag is
-// exactly 1/g (test Dob.SteadyAccelerationIsUnbiased). tau must be the torque that was applied, after every limit: fed
-// with the wish, the estimate winds up by the part that was cut (test Dob.SaturationLeavesNoRecoveryTime).
+// J_n g v is added before the filter and subtracted after it, and the two cancel in steady acceleration only if its
+// ramp lag is exactly 1/g (test Dob.SteadyAccelerationIsUnbiased). tau must be the torque that was applied, after every
+// limit. Fed with the torque that the law asks for, the estimate would wind up by the part that was cut (test
+// BothDirections.DobSaturationLeavesNoRecoveryTime).
 #pragma once
 
 #include "common/signal/low_pass.hpp"
@@ -18,12 +19,12 @@ class Dob {
   Dob(double J_n, Cutoff g, double dt_s) : gain_(J_n * g.rad_s()), filter_(g, dt_s) {}
 
   // tau_applied: torque held since the last step, N m. v: velocity now, rad/s. Returns tau_dis, N m.
-  // Inlined by order: a call of so few operations is a twentieth of a tick.
+  // always_inline, because a call for so few operations would take a twentieth of a tick.
   [[gnu::always_inline]] const Joints<N>& step(const Joints<N>& tau_applied, const Joints<N>& v) noexcept {
     tau_dis_ = filter_.step(tau_applied + gain_ * v) - gain_ * v;
     return tau_dis_;
   }
-  // Starts as if tau_dis had acted for ever while the axis moved at v.
+  // Starts in the steady state in which tau_dis has acted for ever while the axis moved at v.
   void reset(const Joints<N>& tau_dis, const Joints<N>& v) noexcept {
     filter_.reset(tau_dis + gain_ * v);
     tau_dis_ = tau_dis;

@@ -1,6 +1,6 @@
-// The straight line that lies closest to what a slave told of angle and torque, where both err (Deming): least squares
-// would take a wall for soft, whose angle is but noise. A sample for every step in angle or torque, so that rest
-// teaches nothing and wears nothing out; older samples weigh less.
+// The straight line closest to a slave's angles and torques, both of which have errors (Deming). Ordinary least squares
+// would find a wall soft, because its angle is only noise. A sample is added for every step in angle or torque, so that
+// rest neither adds samples nor makes older ones fade. Older samples have less weight.
 #pragma once
 
 #include <cmath>
@@ -10,9 +10,9 @@ namespace farhand {
 
 class FittedLine {
  public:
-  static constexpr double kNoiseX = 1e-4, kNoiseF = 0.02;  // rad, N m: of what is told
+  static constexpr double kNoiseX = 1e-4, kNoiseF = 0.02;  // rad, N m: noise of the received angle and torque
 
-  // memory: weight of a sample at the next, below 1.
+  // memory: factor by which each new sample reduces the weight of all older ones, below 1.
   explicit FittedLine(double memory) : memory_(memory) {}
 
   void forget() noexcept {
@@ -20,7 +20,7 @@ class FittedLine {
     last_x_ = last_f_ = std::numeric_limits<double>::infinity();
   }
 
-  // rad, N m. False where this is too close to the sample before to be one.
+  // x in rad, f in N m. False if the point is too close to the last sample, and is not added.
   bool add(double x, double f) noexcept {
     const double dx = (x - last_x_) / kStepX, df = (f - last_f_) / kStepF;
     if (dx * dx + df * df < 1) return false;
@@ -35,16 +35,16 @@ class FittedLine {
     return true;
   }
 
-  double samples() const noexcept { return samples_; }  // by weight; what follows needs one at least
+  double samples() const noexcept { return samples_; }  // sum of the weights; the functions below need 1 at least
   double x() const noexcept { return sx_ / samples_; }  // means
   double f() const noexcept { return sf_ / samples_; }
   double xx() const noexcept { return sxx_ / samples_ - sx_ * sx_ / samples_ / samples_; }  // scatter
   double ff() const noexcept { return sff_ / samples_ - sf_ * sf_ / samples_ / samples_; }
   double xf() const noexcept { return sxf_ / samples_ - sx_ * sf_ / samples_ / samples_; }
 
-  // The angle has moved by more than noise.
+  // True if the angles differ by more than noise.
   bool moved() const noexcept { return xx() > kStill * kNoiseX * kNoiseX; }
-  // N m/rad; only where torque rises with the angle.
+  // Slope in N m/rad; valid only if torque rises with the angle (xf() > 0).
   double slope() const noexcept {
     constexpr double kRatio = kNoiseF * kNoiseF / (kNoiseX * kNoiseX);
     const double u = ff() - kRatio * xx(), both = xf();
@@ -52,8 +52,8 @@ class FittedLine {
   }
 
  private:
-  static constexpr double kStepX = 2e-3, kStepF = 0.04;  // rad, N m: from sample to sample
-  static constexpr double kStill = 10.0;                 // squares of the noise
+  static constexpr double kStepX = 2e-3, kStepF = 0.04;  // rad, N m: distance between two samples
+  static constexpr double kStill = 10.0;                 // times the square of the noise
   double memory_;
   double samples_ = 0.0, sx_ = 0.0, sf_ = 0.0, sxx_ = 0.0, sxf_ = 0.0, sff_ = 0.0;
   double last_x_ = std::numeric_limits<double>::infinity(), last_f_ = std::numeric_limits<double>::infinity();

@@ -1,9 +1,9 @@
-// Reaction torque observer: how hard does the person or the environment push back?
+// Reaction torque observer: estimates the torque with which the person or the environment pushes back.
 //
 //   f = LPF_g( tau - (T_int + F_c + D v) + J_n g v ) - J_n g v          (Daud 2011, B.10)
 //
-// A disturbance observer with the known torques of the axis taken out before the filter. What the model does not know
-// (tendon friction, a wrong inertia) stays in f and looks like the person.
+// A disturbance observer with the known torques of the axis subtracted before the filter. Torques that the model does
+// not contain (tendon friction, a wrong inertia) stay in f and look like the person.
 #pragma once
 
 #include "common/observer/axis_model.hpp"
@@ -24,7 +24,7 @@ class Rtob {
   }
   void reset(const Joints<N>& f, const Joints<N>& v) noexcept { observer_.reset(f, v); }
   const Joints<N>& value() const noexcept { return observer_.value(); }
-  // At the position of the last step.
+  // Gravity torque at the position of the last step, N m.
   const Joints<N>& gravity_load() const noexcept { return weight_; }
 
  private:

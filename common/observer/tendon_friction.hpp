@@ -1,11 +1,12 @@
-// Friction that no torque sensor tells from the hand, because it acts behind it: tendons, gears. It is named by what
-// only friction does. In unloaded motion the reaction depends on the way gone since the last turn and on nothing else,
+// Estimates friction that a torque sensor cannot distinguish from the hand, because it acts behind the sensor: tendons,
+// gears. The estimate uses a property of friction alone. In unloaded motion the reaction depends only on the distance
+// moved since the last reversal, and not on speed or angle:
 //
-//   f = F_c z,   dz/dx = (1 - z sign(dx)) / L          (Dahl 1968; z runs from -1 to 1, L: the way over which it turns)
+//   f = F_c z,   dz/dx = (1 - z sign(dx)) / L          (Dahl 1968; z runs from -1 to 1 over a distance of the order L)
 //
-// and rate and angle do not matter. So f is compared with z of several L over the way gone; where one of them explains
-// nearly all of it, F_c is the friction, and where none does the axis is loaded, and what was named stays. A hand's own
-// friction is not told from that of the device.
+// Therefore f is compared with z for several L, over the distance moved. If one L explains nearly all of f, F_c is the
+// friction. If none does, the axis is loaded, and the last estimate stays. A hand's own friction is not distinguished
+// from that of the device.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +41,7 @@ class TendonFriction {
       for (Turn& turn : turns_) turn.z.reset(x);
       return;
     }
-    // The way goes through a play, so that an encoder's last count is no turn.
+    // x passes through a play, so that toggling by one count is no reversal.
     const double play = std::clamp(x - x_, -kPlay, kPlay), dx = x - x_ - play;
     if (dx == 0.0) return;
     x_ += dx;
@@ -70,24 +71,24 @@ class TendonFriction {
     L_ = kLengths[best];
   }
 
-  // Where f is not to be learnt from.
+  // Moves on without learning from f.
   void go_on(double x) noexcept {
     if (!begun_) return;
     x_ = x;
     for (std::size_t i = 0; i < turns_.size(); ++i) turns_[i].z.step(x_, kLengths[i]);
   }
 
-  double F_c() const noexcept { return F_c_; }  // N m; 0 while nothing is named
+  double F_c() const noexcept { return F_c_; }  // N m; 0 while none was found
   double L() const noexcept { return L_; }      // rad
 
  private:
   static constexpr double kPlay = 0.4e-3;   // rad, more than a count of 20000
   static constexpr double kMemory = 1.0;    // rad of way
   static constexpr double kEnough = 0.5;    // rad of way
-  static constexpr double kRest = 0.05;     // of the square of f, left unexplained
+  static constexpr double kRest = 0.05;     // largest unexplained share of the square of f
   static constexpr double kNoise = 0.03;    // N m, of f
-  static constexpr double kBothWays = 0.5;  // of the way: pressing into a spring looks like friction, one way
-  static constexpr double kLeast = 0.03;    // N m: what the observers leave of a moving axis is less
+  static constexpr double kBothWays = 0.5;  // bound on |mean z|: in one direction a pressed spring looks like friction
+  static constexpr double kLeast = 0.03;    // N m: the observers leave less of a freely moving axis
   static constexpr std::array<double, 6> kLengths{2.5e-3, 4e-3, 7e-3, 12e-3, 21e-3, 36e-3};  // rad
   struct Turn {
     Hysteresis z;

@@ -1,5 +1,5 @@
-// A motor axis with what is coupled to it, as an integrator knows it: on the master the therapist's arm, on a slave
-// with an ideal device whatever the patient's box holds.
+// A motor axis with its load, in the form that an integrator needs. The load of the master is the therapist's arm; the
+// load of a slave with an ideal device is the environment in the patient's box.
 //
 //   (J + J_load) a = tau - resistance(x, v) - friction - reaction of the load
 //
@@ -26,7 +26,7 @@ template <class Load>
 struct AxisParams {
   MotorAxis::Params motor = {};
   typename Load::Params load = {};
-  double start = 0;  // rad, of the device and of what is intended with it
+  double start = 0;  // rad, of the device and of the intended motion
 };
 
 template <class Load>
@@ -43,7 +43,7 @@ class AxisPlant {
   static constexpr std::size_t kStates = kHasBristle ? 3 : 2;  // x, v, torque of the bristle
   static constexpr std::size_t kFrictionGuard = 2 + Load::kGuards;
   static constexpr std::size_t kGuards = kFrictionGuard + (kHasFriction ? 1 : 0);
-  static constexpr bool kInputMovesGuards = kHasCoulomb;  // what breaks away
+  static constexpr bool kInputMovesGuards = kHasCoulomb;  // the torque that breaks away
   static constexpr bool kLoadDecides = requires(const Load& load) { load.next_decision(); };
   using State = std::array<double, kStates>;
   using Params = AxisParams<Load>;
@@ -62,14 +62,14 @@ class AxisPlant {
   }
 
   void hold(double torque) noexcept { torque_ = torque; }
-  // With what the load holds between ticks.
+  // The held torque, with the part that the load holds between ticks.
   double held() const noexcept {
     if constexpr (kLoadDecides)
       return torque_ + load_.held_torque();
     else
       return torque_;
   }
-  // When the load, a person, decides next, and its decision.
+  // Time of the next decision of the load, a person, and the decision.
   double next_decision() const noexcept requires kLoadDecides { return load_.next_decision(); }
   double decision_tick() const noexcept requires kLoadDecides { return load_.decision_tick(); }
   void decide(double t, const State& s) noexcept requires kLoadDecides { load_.decide(t, s[0]); }
@@ -118,8 +118,9 @@ class AxisPlant {
     return d;
   }
 
-  // Nothing is touched, and both ends are further from what can be than the axis could have gone and come back: 4 times
-  // what it moved and what its speeds would make of h. A cubic leaves the range between its ends by 4/27 of the latter.
+  // No contact is closed, and both ends of the step are further from all contacts than the axis could have gone and
+  // come back: 4 times its motion plus its speeds times h. A cubic leaves the range between its ends by 4/27 of the
+  // latter.
   bool keeps_clear(Mode mode, const State& from, const State& to, double h) const noexcept requires(!kHasFriction) {
     const double away = 4.0 * (std::fabs(to[0] - from[0]) + h * (std::fabs(from[1]) + std::fabs(to[1])));
     return (mode & kTouching) == 0 && !load_.watches_speed(mode) && to[0] - free_.low > away &&
@@ -201,7 +202,7 @@ class AxisPlant {
   }
 
   double encoder(const State& s) const noexcept { return axis_.encoder(s[0]); }
-  // Under the torque that is held. f: therapist, or hand and wall, against the device.
+  // True values under the held torque. f: torque of the therapist, or of hand and wall, against the device.
   Truth truth(double t, const State& s) const noexcept {
     const Mode mode = mode_at(t, s);
     const double a = derivative(mode, t, s)[1];
@@ -222,8 +223,8 @@ class AxisPlant {
     return flow;
   }
 
-  // Where it is stiffest: in contact and free, and with a bristle at rest, turning round and at a speed that no hand
-  // exceeds.
+  // States at which the plant is stiffest: in contact and free; with a bristle also at rest, at a reversal, and at a
+  // speed that no hand exceeds.
   template <class Self = AxisPlant>  // complete only when it is asked
   std::vector<Situation<Self>> situations() const {
     std::vector<Situation<Self>> all;

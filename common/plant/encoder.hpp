@@ -1,5 +1,4 @@
-// Incremental encoder: the angle to the nearest count. Rounded, not cut, so that it has no bias and both directions
-// read alike.
+// Incremental encoder: the angle rounded to the nearest count. Rounding has no bias, and both directions read alike.
 #pragma once
 
 #include <cmath>

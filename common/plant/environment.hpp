@@ -1,5 +1,5 @@
-// What the slave touches: a hand, a wall, both or nothing. Whether the hand is there belongs to the mode, so that a
-// step that ends as the hand comes in does not feel it yet.
+// The environment of the slave: a hand, a wall, both or nothing. The presence of the hand belongs to the mode, so that
+// a step that ends when the hand is put in does not include it yet.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class Environment {
     std::optional<Hand::Params> hand = std::nullopt;
     std::optional<Wall::Params> wall = std::nullopt;
   };
-  struct Truth {};                                           // nothing besides the torque
+  struct Truth {};                                           // no values besides the torque
   static constexpr std::size_t kGuards = 1 + Hand::kGuards;  // wall, hand
 
   explicit Environment(const Params& params, double /*start*/ = 0) {
@@ -31,7 +31,7 @@ class Environment {
   Mode mode_at(double t, double x, double v, double a = 0) const noexcept {
     return (hand_ ? hand_->mode_at(t, x, v, a) : 0u) | (wall_ && wall_->pushes(x, v, a) ? kAtWall : 0u);
   }
-  // Is anything touched? Where not, the reaction is 0, and to subtract that would only make each stage longer.
+  // True if a contact is closed. If not, the reaction is 0, and subtracting it would only cost time in each stage.
   static constexpr bool acts(Mode mode) noexcept { return (mode & (kHandPresent | kAtWall)) != 0; }
   // Reaction, sign of Motion::f: positive resists positive motion.
   double reaction(Mode mode, double t, double x, double v) const noexcept {
@@ -40,7 +40,7 @@ class Environment {
     if ((mode & kAtWall) != 0) sum += wall_->reaction(true, x, v);
     return sum;
   }
-  double reaction_rate(Mode mode, double t, double x) const noexcept {  // of the reaction, by the time
+  double reaction_rate(Mode mode, double t, double x) const noexcept {  // derivative of the reaction by time
     return (mode & kHandPresent) != 0 ? hand_->reaction_rate(t, x) : 0.0;
   }
   double stiffness(Mode mode, double t) const noexcept {
@@ -57,7 +57,7 @@ class Environment {
     }
     return all;
   }
-  // Can a guard fall that is not at a place?
+  // True if a guard can fall that does not depend on the angle alone.
   bool watches_speed(Mode mode) const noexcept { return spastic(mode); }
   FreeRange free_range(const FreeRange& range) const noexcept { return wall_ ? wall_->free_range(range) : range; }
   template <class T, std::size_t S>
@@ -77,7 +77,7 @@ class Environment {
 
   double inertia() const noexcept { return 0.0; }
 
-  // What stays of minus the reaction at x = v = 0, and what comes and goes with the time.
+  // The constant part of minus the reaction at x = v = 0, and the part that varies with time.
   template <class T>
   T fixed_torque(Mode mode) const noexcept {
     T sum = 0;
@@ -102,7 +102,7 @@ class Environment {
     return flow;
   }
   Truth truth(double /*t*/) const noexcept { return {}; }
-  // The mode in which all acts at once: the stiffest.
+  // The mode in which all contacts act at once, which is the stiffest.
   Mode everything() const noexcept {
     return (hand_ ? kHandPresent : 0u) | (hand_ && hand_->spastic() ? kStretchedUp : 0u) | (wall_ ? kAtWall : 0u);
   }

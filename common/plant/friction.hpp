@@ -1,14 +1,14 @@
-// Dry friction of a plant, as it changes the plant's shape: none, Coulomb with true sticking (two modes that slide, one
-// that stands), or a bristle, which is one more state.
+// Dry friction of a plant: none, Coulomb friction with true sticking (two sliding modes, one that sticks), or a
+// bristle, which is one more state.
 //
-//   Coulomb   torque F_c sign(v); at v = 0 whatever holds the axis still, up to F_c
+//   Coulomb   torque F_c sign(v); at v = 0 the torque that keeps the axis at rest, up to F_c
 //   LuGre     F = sigma_0 z + sigma_1 z' + sigma_2 v,   z' = v - |v| sigma_0 z / g(v)
 //             g(v) = F_c + (F_s - F_c) exp(-(v / v_s)^2)
 //
-// The bristle is kept as its torque F_b = sigma_0 z (N m), which has one scale for soft and stiff bristles. LuGre with
-// F_s = F_c and without sigma_1 and sigma_2 is Dahl's hysteresis: F_b tends to F_c sign(v), its slope over the angle is
-// sigma_0 where F_b = 0 and twice that just after the motion turns round at full friction. F_b^2 / (2 sigma_0) is
-// stored, |v| F_b^2 / g is lost.
+// The state of the bristle is its torque F_b = sigma_0 z (N m), which has one scale for soft and stiff bristles. LuGre
+// with F_s = F_c and without sigma_1 and sigma_2 is Dahl's hysteresis: F_b tends to F_c sign(v); its slope over the
+// angle is sigma_0 at F_b = 0 and twice that just after a reversal at full friction. The energy F_b^2 / (2 sigma_0) is
+// stored, the power |v| F_b^2 / g is lost.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ class Bristle {
  public:
   struct Params {
     double F_c = 0;      // N m, sliding
-    double F_s = 0;      // N m, breaking away; not below F_c
-    double v_s = 1;      // rad/s, how fast the one goes over into the other
+    double F_s = 0;      // N m, at breakaway; not below F_c
+    double v_s = 1;      // rad/s, speed scale of the transition from F_s to F_c
     double sigma_0 = 0;  // N m/rad
     double sigma_1 = 0;  // N m s/rad, of the bristle. Its work may be negative for a moment where |v| is large.
     double sigma_2 = 0;  // N m s/rad, viscous
@@ -52,7 +52,7 @@ class Bristle {
   double dissipated_power(double v, double F_b, double z_rate) const noexcept {
     return F_b * (v - z_rate) + (p_.sigma_1 * z_rate + p_.sigma_2 * v) * v;
   }
-  // Velocities and torques at which it is stiffest, for motion up to the speed v: turning round, and fast.
+  // Velocities and torques at which it is stiffest, for motion up to the speed v: at a reversal, and fast.
   struct Point {
     double v, F_b;
   };
@@ -70,8 +70,8 @@ class Bristle {
   Params p_;
 };
 
-// The velocity may pass 0 by this much before |v| turns round: noise of rounding at rest is then no event, and the
-// friction is wrong by parts in 1e12.
+// The velocity may pass 0 by this much before |v| changes its branch: rounding noise at rest then causes no event, and
+// the friction is wrong by parts in 1e12.
 constexpr double kRestVelocity = 1e-12;  // rad/s
 
 }  // namespace farhand

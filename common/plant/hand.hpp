@@ -1,12 +1,12 @@
-// The patient's hand: spring and damper around a rest angle, in the orthosis from one time until another. Put in at a
-// deflection, it pushes at once: that is what happens at the bedside, and the jump is left as it is.
+// The patient's hand: spring and damper around a rest angle, in the orthosis from one time until another. A hand that
+// is put in at a deflection pushes at once. This jump of torque is real, and the model keeps it.
 //
 //   torque = k(t) (x - x_rest(t)) + b v - tremor sin(w t) + c (|v| - v_0) sign(v) while stretched
 //
-// A spastic muscle resists a fast stretch besides: motion away from the rest angle, faster than v_0. There it begins
-// without a jump; a motion that is fast already as it passes the rest angle is caught at once. A patient who moves by
-// himself moves the rest angle: by his work, with the tissue's damper still on the joint. Muscle tone that falls takes
-// the energy of the stretch along.
+// A spastic muscle also resists a fast stretch: motion away from the rest angle, faster than v_0. At v_0 this torque
+// begins without a jump; a motion that is already fast when it passes the rest angle is resisted at once. A patient who
+// moves by himself moves the rest angle and does work; the damper of the tissue still acts on the joint. When muscle
+// tone falls, the stored energy of the stretch is lost.
 #pragma once
 
 #include <array>
@@ -31,9 +31,9 @@ class Hand {
     double until = 1e9;
     double spastic = 0;           // N m s/rad; 0: not spastic
     double spastic_above = 0.2;   // rad/s
-    double rest_amplitude = 0;    // rad, around rest; counted from 0 s, not from when the hand is put in
+    double rest_amplitude = 0;    // rad, around rest; phase counted from 0 s, not from the time when the hand is put in
     double rest_frequency = 0.3;  // Hz
-    std::optional<double> relaxed = std::nullopt;  // N m/rad, at most stiffness; from which it falls once it is in
+    std::optional<double> relaxed = std::nullopt;  // N m/rad, at most stiffness; to which it falls once the hand is in
     double relax_time = 5;                         // s, of the exponential
     double tremor = 0;                             // N m, zero at 0 s
     double tremor_frequency = 5;                   // Hz
@@ -50,20 +50,20 @@ class Hand {
 
   bool present(double t) const noexcept { return t >= p_.from && t < p_.until; }
   bool spastic() const noexcept { return p_.spastic != 0; }
-  // Does it exert what comes and goes with the time?
+  // True if it exerts a torque that varies with time.
   bool acts() const noexcept { return acts_; }
   // nullptr if it is affine in every mode, with a forcing of one sine; else why not.
   const char* not_affine() const noexcept {
     if (p_.relaxed) return "the stiffness of the hand follows the time";
     return moves_ && trembles_ ? "the hand moves and trembles at a frequency each" : nullptr;
   }
-  // The first time after t at which it comes or goes.
+  // The first time after t at which the hand is put in or taken out.
   double next_break(double t) const noexcept {
     if (t < p_.from) return p_.from;
     return t < p_.until ? p_.until : std::numeric_limits<double>::infinity();
   }
-  // The side counts from the rest angle that is given, also where the patient moves it: a muscle is as long as the
-  // joint makes it.
+  // The side of the stretch is relative to the given rest angle, also if the patient moves the rest angle: the length
+  // of a muscle follows from the joint's angle.
   Mode mode_at(double t, double x, double v, double a = 0) const noexcept {
     if (!present(t)) return 0;
     if (!spastic()) return kHandPresent;
@@ -73,14 +73,14 @@ class Hand {
     return kHandPresent | (up ? kStretchedUp : 0u) | (down ? kStretchedDown : 0u);
   }
 
-  // All of a hand that is present. Reaction, sign of Motion::f: positive resists positive motion.
+  // Reaction of a hand that is present, sign of Motion::f: positive resists positive motion.
   double reaction(Mode mode, double t, double x, double v) const noexcept {
     const double torque = spring_and_damper(x, v);
     if ((mode & kStretched) == 0 && !acts_) [[likely]]
       return torque;
     return torque + more(mode, t, x, v);
   }
-  // Without what comes and goes with the time.
+  // The part that does not vary with time.
   template <class T>
   T still(Mode mode, T x, T v) const noexcept {
     return (mode & kStretched) != 0 ? spring_and_damper(x, v) + caught(mode, v) : spring_and_damper(x, v);
@@ -95,8 +95,8 @@ class Hand {
   }
   double damping(Mode mode) const noexcept { return p_.damping + ((mode & kStretched) != 0 ? p_.spastic : 0.0); }
 
-  // Not stretched: it is on the other side of the rest angle, or slow. Once stretched it goes away from the rest angle,
-  // so that only the speed can end it.
+  // Not stretched: the joint is on the other side of the rest angle, or slow. Once stretched it moves away from the
+  // rest angle, so that only the speed can end this mode.
   std::array<double, kGuards> guards(Mode mode, double x, double v) const noexcept {
     const auto guard = [&](double s, Mode bit) {
       const double slow = p_.spastic_above - s * v;
@@ -120,7 +120,7 @@ class Hand {
   }
   static constexpr Mode bit(std::size_t guard) noexcept { return guard == 0 ? kStretchedUp : kStretchedDown; }
 
-  // What the patient does of himself, as a torque on the joint, where that is one sine.
+  // The patient's own activity as a torque on the joint, if it is a single sine.
   template <class T>
   Forcing<T> forcing() const noexcept {
     if (trembles_) return {.begin = 0, .polynomial = {}, .omega = T(tremor_omega_), .sine = T(p_.tremor), .cosine = 0};

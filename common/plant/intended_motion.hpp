@@ -1,5 +1,5 @@
-// Where the therapist's brain wants the hand to be: one movement after the other, each in closed form, then the last
-// position is held.
+// The angle at which the therapist intends the hand to be: one movement after the other, each in closed form; then the
+// last position is held.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ struct Movement {
   Kind kind = Kind::kHold;
   double duration = 0;   // s, positive
   double to = 0;         // kRamp: rad, by a minimum-jerk profile: at rest and without acceleration at both ends
-  double amplitude = 0;  // kSine: rad, around where the last movement ended
+  double amplitude = 0;  // kSine: rad, around the end of the last movement
   double frequency = 0;  // kSine: Hz
 
   static Movement hold(double duration) { return {Kind::kHold, duration, 0, 0, 0}; }
@@ -38,12 +38,12 @@ class IntendedMotion {
   // The pieces are counted: 0 is the rest before 0 s, the last is the rest after the end. A piece is smooth, also
   // beyond its ends.
   std::size_t piece_at(double t) const noexcept;
-  // Where the next piece begins, after t; +inf if none.
+  // Time at which the next piece begins, after t; +inf if there is none.
   double next_break(double t) const noexcept;
   Point at(std::size_t piece, double t) const noexcept;
 
-  // Before 0 s: the start. The position is continuous. The velocity is too, except where a sine begins, or ends in
-  // mid-swing: it takes up its full velocity at once, and the arm's damper is what feels it.
+  // Before 0 s: the start. The position is continuous. So is the velocity, except where a sine begins or ends in
+  // mid-swing: there it jumps, and the arm's damper reacts to the jump.
   Point at(double t) const noexcept { return at(piece_at(t), t); }
   double end() const noexcept { return pieces_.back().begin; }
 

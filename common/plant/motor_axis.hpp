@@ -1,12 +1,12 @@
-// A torque-controlled motor with what is rigidly tied to it: the device of the therapist (Daud 2011, 5.2.1: 3 N m
-// brushless motor, prosthetic hand on its axis, encoder of 20000 per revolution, about 40 degrees of motion), and the
-// ideal device of the patient.
+// A torque-controlled motor with the parts that are rigidly fixed to it: the device of the therapist (Daud 2011, 5.2.1:
+// 3 N m brushless motor, prosthetic hand on its axis, encoder of 20000 per revolution, about 40 degrees of motion), and
+// the ideal device of the patient.
 //
 //   J a = tau - resistance(x, v) - friction - f,   resistance = viscous v - gravity sin(x + gravity_angle) + stops
 //
-// The angle of the centre of mass counts from the upright, so weight pulls the axis away from there: it acts as +
-// gravity sin(...), and whoever compensates it commands - gravity sin(...). The current amplifier (5 kHz) is fast
-// enough to be left out.
+// The angle of the centre of mass counts from the upright position, from which weight pulls the axis away: it acts as
+// + gravity sin(...), and its compensation is - gravity sin(...). The current amplifier (5 kHz) is fast enough to be
+// left out.
 #pragma once
 
 #include <cmath>
@@ -56,7 +56,7 @@ class MotorAxis {
     return p_.viscous * v * v + stops_.dissipated_power(mode, x, v);
   }
   double encoder(double x) const noexcept { return quantised(x, p_.encoder_counts_per_rev); }
-  double hanging() const noexcept { return std::numbers::pi - p_.gravity_angle; }  // where weight pulls it back most
+  double hanging() const noexcept { return std::numbers::pi - p_.gravity_angle; }  // where gravity pulls back most
   double J() const noexcept { return p_.J; }
   double gravity() const noexcept { return p_.gravity; }
   const Stops<>& stops() const noexcept { return stops_; }

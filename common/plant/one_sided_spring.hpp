@@ -1,11 +1,11 @@
-// A spring and damper that touches from one side only and never pulls. Walls, mechanical stops and the end of a
-// spring's range are made of it.
+// A spring and damper that acts in one direction only and never pulls. Walls, mechanical stops and the end of a
+// spring's range consist of it.
 //
 //   torque = side max(0, k p + b p'),  p = side (x - at) > 0          p: penetration
 //
-// Without the max the damper would hold the axis back on its way out. Energy never comes out of it: what the clipped
-// torque does not return is counted as dissipated. It has two modes, open and pushing, and is linear in both: in a mode
-// it stays so beyond the mode's end, where an integrator looks for the instant of touching or leaving.
+// Without the max the damper would hold the axis back on its way out. The contact never generates energy: the energy
+// that the clipped torque does not return counts as dissipated. It has two modes, open and pushing, and is linear in
+// both. A mode stays linear beyond its end, where an integrator searches for the instant of touching or leaving.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ struct OneSidedSpring {
   double at = 0;         // rad
   double side = 1;       // +1 resists motion above at, -1 below
 
-  // Does it push? Exactly on the border: if the axis goes in, or is at rest and accelerated in.
+  // True if it pushes. Exactly on the border: if the axis moves in, or is at rest and accelerated inward.
   bool pushes(double x, double v, double a = 0) const noexcept {
     const double p = penetration(x);
     if (p == 0) return side * v > 0 || (v == 0 && side * a > 0);
@@ -34,14 +34,14 @@ struct OneSidedSpring {
     return pushing ? T(side) * push(x, v) : T(0);
   }
   double reaction(double x, double v) const noexcept { return reaction(pushes(x, v), x, v); }
-  // Not negative while the mode holds. Open: it may lie in the spring without pushing, on a fast way out.
+  // Not negative while the mode holds. In the open mode the axis may be inside the spring, if it moves out fast.
   template <class T>
   T guard(bool pushing, T x, T v) const noexcept {
     const T torque = push(x, v);
     return pushing ? torque : -std::min(penetration(x), torque);
   }
 
-  // The same as a form of a state that begins with x and v.
+  // The same as a linear form of a state that begins with x and v.
   template <class T, std::size_t S>
   AffineGuard<T, S> guard_form(bool pushing) const noexcept {
     AffineForm<T, S> depth, torque;
@@ -54,7 +54,7 @@ struct OneSidedSpring {
     return {AffineGuard<T, S>::Kind::kMax, negative(depth), negative(torque)};
   }
 
-  // What it leaves of a range.
+  // The part of a range that it leaves free.
   FreeRange free_range(const FreeRange& range) const noexcept {
     return side > 0 ? FreeRange{range.low, std::min(range.high, at)} : FreeRange{std::max(range.low, at), range.high};
   }

@@ -1,4 +1,4 @@
-// How the plants of this room use the bits of a mode, and where no border is.
+// Use of the bits of a mode by the plants of this room, and ranges without borders.
 #pragma once
 
 #include <limits>
@@ -21,7 +21,7 @@ constexpr Mode kStretchedDown = 1u << 9;
 constexpr Mode kStretched = kStretchedUp | kStretchedDown;
 constexpr int kPieceShift = 10;  // above: the piece of the intended motion
 
-// Angles at which nothing is touched, rad.
+// Angles without contact, rad.
 struct FreeRange {
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
 };

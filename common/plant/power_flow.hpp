@@ -1,4 +1,4 @@
-// Where the energy of a world comes from and goes to, so that it can be balanced: d(stored)/dt = supplied - dissipated.
+// Sources and losses of the energy of a world, for its balance: d(stored)/dt = supplied - dissipated.
 #pragma once
 
 namespace farhand {

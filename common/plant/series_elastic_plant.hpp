@@ -1,12 +1,12 @@
-// The patient's side with the hand orthosis: a motor that is commanded a velocity, a spring, and the joint with the
-// hand's inertia behind the tendons, which touches a hand, a wall, both or nothing (Daud 2011, 5.2.2: velocity-sourced
-// series elastic actuator; all angles are seen at the joint).
+// The patient's side with the hand orthosis: a motor whose command is a velocity, a spring, and behind the tendons the
+// joint with the hand's inertia, which touches a hand, a wall, both or nothing (Daud 2011, 5.2.2: velocity-sourced
+// series elastic actuator; all angles are converted to the joint).
 //
 //   v_motor' = 2 pi bandwidth (clamp(u) - v_motor)                 the drive's own loop, first order
 //   J v' = spring(x_motor - x) - viscous v - friction - stops - f
 //
-// Friction acts after the spring: the spring, which is the torque sensor, does not see it. A spring that has a range
-// ends in a stiff one: there the torque is more than its stretch tells.
+// Friction acts behind the spring, so that the spring, which is the torque sensor, does not measure it. A spring with a
+// limited range ends in a stiff one: there the torque is larger than k times its stretch.
 #pragma once
 
 #include <algorithm>
@@ -94,7 +94,7 @@ class SeriesElasticPlantWith {
 
   Mode mode_at(double t, const State& s) const noexcept {
     Mode mode = mode_at(t, s, 0.0, 0.0);
-    if (s[kV] == 0) {  // at rest on a border the acceleration decides
+    if (s[kV] == 0) {  // at rest on a border the sign of the acceleration decides
       const State d = derivative(mode, t, s);
       mode = mode_at(t, s, d[kV], d[kVMotor]);
     }
@@ -222,8 +222,8 @@ class SeriesElasticPlantWith {
     return flow;
   }
 
-  // Where it is stiffest: in contact and free, and with a bristle at rest, turning round and at twice the speed of the
-  // motor (the spring can throw the joint ahead).
+  // States at which the plant is stiffest: in contact and free; with a bristle also at rest, at a reversal, and at
+  // twice the speed of the motor (the spring can throw the joint ahead).
   template <class Self = SeriesElasticPlantWith>  // complete only when it is asked
   std::vector<Situation<Self>> situations() const {
     std::vector<Situation<Self>> all;
@@ -261,7 +261,7 @@ class SeriesElasticPlantWith {
     const double end = has_ends() ? ends_.reaction(mode, stretch, s[kVMotor] - s[kV]) : 0.0;
     return p_.spring * stretch + end;
   }
-  // Everything that turns the joint, but the tendons.
+  // All torque on the joint except the friction of the tendons.
   template <class T>
   AffineForm<T, 4> torque_form(Mode mode, double t) const noexcept {
     const T k = T(p_.spring) + T(ends_.stiffness(mode)), b = T(ends_.damping(mode));

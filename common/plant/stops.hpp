@@ -1,4 +1,5 @@
-// Mechanical stops of a device: two stiff one-sided springs, part of the device and so not felt as the person.
+// Mechanical stops of a device: two stiff one-sided springs. They are part of the device; their torque does not count
+// as the person's.
 #pragma once
 
 #include <array>
@@ -9,11 +10,11 @@
 
 namespace farhand {
 
-// 3 N m, the largest torque of the devices, press 1 mrad into a stop: far less than matters to a hand, and soft enough
-// that RK4 resolves it at 50 us (omega h = 0.04 at 4e-3 kg m2).
+// 3 N m, the largest torque of the devices, press 1 mrad into a stop. This is far less than matters to a hand, and soft
+// enough that RK4 resolves it at 50 us (omega h = 0.04 at 4e-3 kg m2).
 constexpr double kStopStiffness = 3000.0;
 
-// Also what ends the range of a series spring; the bits say which modes are theirs.
+// Also used for the ends of the range of a series spring; the bits select the modes.
 template <Mode kAtMin = kAtStopMin, Mode kAtMax = kAtStopMax>
 class Stops {
  public:

@@ -1,12 +1,12 @@
-// The therapist's arm on the device: a spring and damper to where the hand is intended to be, and an inertia that moves
-// with the device.
+// The therapist's arm on the device: a spring and damper towards the intended angle of the hand, and an inertia that
+// moves with the device.
 //
 //   torque on the device = K_h (x_int - x) + B_h (v_int - v) - J_h a
 //
-// The last term is why the arm's inertia enters the equation of motion twice: it adds to the J of the device, and it is
-// part of what crosses between hand and device. Which piece of the intended motion holds belongs to the mode, so that a
-// step that ends with a movement does not feel the next one yet. What a therapist who gives way has drawn back is held
-// like an input of the device.
+// Because of the last term the arm's inertia appears twice: it adds to the J of the device, and it is part of the
+// torque between hand and device. The current piece of the intended motion belongs to the mode, so that a step that
+// ends with a movement does not include the next one yet. The angle by which a therapist who gives way has drawn back
+// is held like an input of the device.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@
 
 namespace farhand {
 
-// How firmly the device is held: N m/rad, N m s/rad.
+// Grip on the device: N m/rad, N m s/rad.
 struct Grip {
   double K_h, B_h;
 };
@@ -38,7 +38,7 @@ class Therapist {
     std::optional<VoluntaryReaction::Params> reaction = std::nullopt;
   };
   struct Truth {
-    double intended_x;  // rad, less what is drawn back
+    double intended_x;  // rad, less the angle that is drawn back
   };
   static constexpr std::size_t kGuards = 0;
 
@@ -51,12 +51,12 @@ class Therapist {
     return static_cast<Mode>(motion_.piece_at(t)) << kPieceShift;
   }
   static constexpr bool acts(Mode /*mode*/) noexcept { return true; }
-  // Without the part of the inertia. Sign of Motion::f: positive resists positive motion.
+  // Reaction without the part of the inertia, sign of Motion::f: positive resists positive motion.
   double reaction(Mode mode, double t, double x, double v) const noexcept {
     const IntendedMotion::Point intended = motion_.at(mode >> kPieceShift, t);
     return K_h_ * (x - (intended.x - drawn_back_)) + B_h_ * (v - (intended.v - draws_back_));
   }
-  double reaction_rate(Mode mode, double t, double /*x*/) const noexcept {  // of the reaction, by the time
+  double reaction_rate(Mode mode, double t, double /*x*/) const noexcept {  // derivative of the reaction by time
     const IntendedMotion::Point intended = motion_.at(mode >> kPieceShift, t);
     return -K_h_ * intended.v - B_h_ * intended.a;
   }
@@ -73,7 +73,7 @@ class Therapist {
   double next_break(double t) const noexcept { return motion_.next_break(t); }
   double inertia() const noexcept { return J_h_; }
 
-  // When a therapist who gives way decides next, and what then; +inf if none.
+  // Time of the next decision of a therapist who gives way, and the decision; +inf if there is none.
   double next_decision() const noexcept {
     return reaction_ ? reaction_->due() : std::numeric_limits<double>::infinity();
   }
@@ -83,11 +83,11 @@ class Therapist {
     drawn_back_ = reaction_->drawn_back();
     draws_back_ = reaction_->rate();
   }
-  // What the decision that is held does to the torque on the device.
+  // Effect of the held decision on the torque on the device.
   double held_torque() const noexcept { return -(K_h_ * drawn_back_ + B_h_ * draws_back_); }
 
   static constexpr const char* not_affine() noexcept { return nullptr; }
-  // What stays of minus the reaction at x = v = 0, and what comes and goes with the time.
+  // The constant part of minus the reaction at x = v = 0, and the part that varies with time.
   template <class T>
   T fixed_torque(Mode /*mode*/) const noexcept {
     return 0;
@@ -103,7 +103,8 @@ class Therapist {
   }
   PowerFlow power(Mode mode, double t, double x, double v) const noexcept {
     const double v_int = motion_.at(mode >> kPieceShift, t).v;
-    // Between two decisions the spring stands still while the damper draws back: only the latter does work.
+    // Between two decisions the rest angle of the spring stands still while the damper draws back: only the latter does
+    // work.
     const double slip = v_int - draws_back_ - v;
     return {-reaction(mode, t, x, v) * v_int - B_h_ * slip * draws_back_, B_h_ * slip * slip};
   }

@@ -1,11 +1,11 @@
-// A person who gives way. Who has felt more torque than he wants, one reaction time ago, draws back where he wants his
-// hand to be, until no more is felt than that; once less is felt he returns. Neither is faster than his speed.
+// A person who gives way. If the torque that he felt one reaction time ago exceeds his limit, he draws his intended
+// angle back until the torque is at the limit; if it is less, he returns. Both motions are limited to his speed.
 //
-//   felt = K_h (x_int - x): what the spring of the arm would push with if nothing were drawn back
+//   felt = K_h (x_int - x): torque of the arm's spring if nothing were drawn back
 //   drawn back goes to  (|felt| - above)/K_h sign(felt), but not below 0,  of one reaction time ago
 //
-// That what is drawn back does not stand in `felt` is why there is no loop through the reaction time but by the device:
-// on anything that is passive it settles. Decisions fall once per control tick and are held in between.
+// `felt` excludes the angle that was drawn back. Therefore the reaction delay closes a loop only through the device;
+// against a passive device that loop settles. Decisions are made once per control tick and are held in between.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ class VoluntaryReaction {
     double tick = 1e-3;  // s, from one decision to the next
   };
 
-  // Throws std::invalid_argument if there is no spring to feel by, or no time between two decisions.
+  // Throws std::invalid_argument if the arm has no stiffness, or if there is no time between two decisions.
   VoluntaryReaction(const Params& params, double K_h)
       : step_(params.speed * params.tick), tick_(params.tick), enough_(params.above / K_h) {
     if (!(K_h > 0) || !(params.tick > 0))
@@ -33,14 +33,14 @@ class VoluntaryReaction {
     stretches_.resize(static_cast<std::size_t>(std::lround(params.after / params.tick)) + 1);
   }
 
-  // When it decides next; counts from 0 s.
+  // Time of the next decision, counted from 0 s.
   double due() const noexcept { return tick_ * static_cast<double>(decided_ + 1); }
   double tick() const noexcept { return tick_; }
-  // At that time, with x_int - x as it is then, rad.
+  // Makes the decision of that time. stretch: x_int - x at that time, rad.
   void decide(double stretch) noexcept {
     const std::size_t n = stretches_.size();
     stretches_[decided_ % n] = stretch;
-    const double then = stretches_[++decided_ % n];  // the oldest there is; before the first one nothing was felt
+    const double then = stretches_[++decided_ % n];  // the oldest one; before the first one no torque was felt
     const double wanted = std::copysign(std::fmax(0.0, std::fabs(then) - enough_), then);
     const double before = drawn_back_;
     drawn_back_ += std::clamp(wanted - before, -step_, step_);

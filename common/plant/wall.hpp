@@ -1,4 +1,4 @@
-// A stiff object in the patient's box: resists motion away from 0 beyond its angle, never pulls.
+// A stiff object in the patient's box: it resists motion away from 0 beyond its angle, and never pulls.
 #pragma once
 
 #include "common/plant/one_sided_spring.hpp"

@@ -1,5 +1,5 @@
-// A simulated world: a plant, its state, and the method that advances it. Which friction the plant has and which method
-// runs is found when the world is made; what a scene does not use is not in it.
+// A simulated world: a plant, its state, and the method that advances it. The kind of friction and the method are
+// chosen when the world is made; parts that a scene does not use are not in it.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@ namespace farhand {
 struct WorldNumerics {
   Method method = Method::kAuto;
   IntegratorSettings settings = {};
-  bool even_if_unstable = false;  // an explicit method may step beyond its limit: only to show what it then does
+  bool even_if_unstable = false;  // an explicit method may step beyond its limit, only to show the result
 };
 
 // A plant of one friction under one method.
@@ -24,7 +24,7 @@ class WorldEngine {
   virtual void advance(double input, double t1_s) noexcept = 0;
   virtual Truth truth() const noexcept = 0;
   virtual double encoder() const noexcept = 0;
-  virtual double motor_encoder() const noexcept = 0;  // the joint's where there is no other
+  virtual double motor_encoder() const noexcept = 0;  // the joint's if there is no other
   virtual double stored_energy() const noexcept = 0;
   virtual PowerFlow power() const noexcept = 0;
   virtual Method method() const noexcept = 0;
@@ -50,15 +50,15 @@ class World {
   // Throws std::invalid_argument as make_engine does.
   explicit World(const Params& params, const WorldNumerics& numerics = {}) : engine_(make_engine(params, numerics)) {}
 
-  // The input (N m of the motor, rad/s of a velocity-sourced motor) is held from where the last advance ended to t1_s.
+  // The input (N m of the motor, rad/s of a velocity-sourced motor) is held from the end of the last advance to t1_s.
   void advance(double input, double t1_s) noexcept { engine_->advance(input, t1_s); }
 
-  // At the end of the last advance, under its input.
+  // True values at the end of the last advance, under its input.
   Truth truth() const noexcept { return engine_->truth(); }
   double true_x() const noexcept { return truth().x; }
   double true_v() const noexcept { return truth().v; }
-  // What the person (or hand and wall) exerts against the device: on the slave pressing in + on them shows as positive,
-  // on the master the therapist pushing in + as negative.
+  // Torque of the person (or hand and wall) against the device: positive if the slave presses in the positive
+  // direction, negative if the therapist pushes in the positive direction.
   double true_f() const noexcept { return truth().f; }
   double encoder() const noexcept { return engine_->encoder(); }
   double motor_encoder() const noexcept { return engine_->motor_encoder(); }
@@ -66,7 +66,7 @@ class World {
   PowerFlow power() const noexcept { return engine_->power(); }
 
   Method method() const noexcept { return engine_->method(); }  // never kAuto
-  // What AUTO takes here and why, whatever method runs.
+  // The method that AUTO chooses here, and why, whatever method runs.
   const MethodChoice& choice() const noexcept { return engine_->choice(); }
   IntegratorCounters counters() const noexcept { return engine_->counters(); }
   IntegratorStatus status() const noexcept { return engine_->status(); }

@@ -1,4 +1,4 @@
-// What stands behind a world, for the sources that compile it: one family of plants each, under every method.
+// Implementation of a world, for the sources that compile it: one family of plants each, under every method.
 #pragma once
 
 #include <cmath>
@@ -53,8 +53,8 @@ class EngineOf final : public WorldEngine<typename P::Truth> {
  private:
   static constexpr bool kDecides = requires(const P& plant) { plant.next_decision(); };
 
-  // A person decides at his own times, also where several of them lie in one advance. A time is met where rounding
-  // alone parts it from the end.
+  // A person decides at his own times; several of them may lie in one advance. A time that differs from the end only by
+  // rounding belongs to this advance.
   void decide_until(double t1_s) noexcept requires kDecides {
     while (true) {
       const double due = plant_.next_decision();

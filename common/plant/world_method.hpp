@@ -1,5 +1,5 @@
-// Is the step short enough for the stiffest thing that a plant can touch? Past the limit an explicit method explodes,
-// and the run would show a motion that no controller caused.
+// Checks that the step is short enough for the stiffest contact of a plant. Beyond the limit an explicit method
+// diverges, and the run would show a motion that no controller caused.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,8 @@
 
 namespace farhand {
 
-// The longest step at which a method neither feeds nor shakes a motion of this eigenvalue; +inf if there is none.
+// The longest step at which a method neither amplifies a motion of this eigenvalue nor makes it oscillate; +inf if
+// there is no limit.
 double longest_step(Method method, std::complex<double> eigenvalue);
 // Throws std::invalid_argument with the limit and the value.
 void check_step(Method method, double step, double longest);

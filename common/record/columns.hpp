@@ -1,6 +1,6 @@
-// What is recorded, one row each: what it is called in files, what it is, where it stands in the struct that a loop
-// fills (session.hpp) and in the message that a file holds (record.proto). Encoding, decoding, CSV and `farhand-lab
-// schema` go over these. What a law shows of itself follows under the names of its architecture (StationSample::law).
+// The table of recorded quantities, one row each: name in files, meaning, member of the struct that a loop fills
+// (session.hpp), and field of the message in a file (record.proto). Encoding, decoding, CSV and `farhand-lab schema`
+// use this table. The law's own signals follow under the names of the architecture (StationSample::law).
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct Column {
   Value Struct::*member;
   Value (Message::*get)() const;
   void (Message::*set)(Value);
-  bool (Message::*has)() const = nullptr;  // where there is one: absent from the message where it is NaN
+  bool (Message::*has)() const = nullptr;  // if there is one: NaN is absent from the message
 };
 
 // Column, member and field have one name.
@@ -36,7 +36,7 @@ struct Column {
         &record::Message::field, &record::Message::set_##field, &record::Message::has_##field    \
   }
 
-// Beside the state, the limits (LimitBit) and the stamps of the newest packet, which are whole numbers.
+// Without the state, the limits (LimitBit) and the stamps of the newest packet, which are whole numbers.
 inline const std::array kStationColumns{
     FARHAND_COLUMN(StationSample, StationSample, x_rad, "rad", "angle of the own axis"),
     FARHAND_COLUMN(StationSample, StationSample, v_rad_s, "rad/s", "its velocity, as estimated"),

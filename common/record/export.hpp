@@ -1,6 +1,6 @@
-// Recordings for other tools: CSV, one file per topic, and MAT level 4 (MATLAB, Octave, scipy). Columns are the fields
-// of record.proto in their order, the unit in the name, after t_s, the time since the start of the run. Numbers are
-// written so that reading gives the same double, in every locale.
+// Recordings for other tools: CSV, one file per topic, and MAT level 4 (MATLAB, Octave, scipy). The first column is
+// t_s, the time since the start of the run. The others are the fields of record.proto in their order, with the unit in
+// the name. Numbers are written so that reading gives the same double, in every locale.
 #pragma once
 
 #include <filesystem>

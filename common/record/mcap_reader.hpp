@@ -1,6 +1,6 @@
-// Reads MCAP files from front to back, finished or not, ours or hostile. Going through the data instead of the index
-// treats both kinds alike; where there is an index it is checked against what was read. Also makes a complete file out
-// of an unfinished one.
+// Reads MCAP files from front to back, finished or not, ours or hostile. It reads the data and not the index, so that
+// finished and unfinished files are treated alike; an index is compared with the data. It also makes a complete file
+// out of an unfinished one.
 #pragma once
 
 #include <cstdint>
@@ -29,8 +29,8 @@ struct McapFindings {
   std::vector<std::string> problems;  // sentences; empty exactly if complete
 };
 
-// Hands over the messages of every whole chunk whose checksum holds. Damage is told in the findings; only a file that
-// cannot be read or never was an MCAP file throws (std::runtime_error).
+// Hands over the messages of every complete chunk with a correct checksum. Damage is reported in the findings; only a
+// file that cannot be read or never was an MCAP file throws (std::runtime_error).
 McapFindings read_mcap(const std::filesystem::path& file, const std::function<void(const McapMessage&)>& on_message);
 
 // Writes what read_mcap finds into a complete file `to`; `from` stays as it is. Throws like read_mcap, and when `to`

@@ -1,7 +1,7 @@
-// Writes one MCAP file: uncompressed chunks with CRC and message index, then the summary by which indexed readers find
-// everything. The file is called NAME.part until close() has succeeded, and is a new one: where NAME or NAME.part
-// exists, NAME-2 is written. A chunk goes out in one write and is taken back whole when that fails, so what is on the
-// disk is always a row of complete chunks, except for what a kill tears off the last.
+// Writes one MCAP file: uncompressed chunks with CRC and message index, then the summary for indexed readers. The file
+// is called NAME.part until close() has succeeded, and is always new: if NAME or NAME.part exists, NAME-2 is written. A
+// chunk goes out in one write and is removed completely if that fails. The disk therefore always holds complete chunks,
+// except for a last one that a kill has cut off.
 #pragma once
 
 #include <google/protobuf/descriptor.h>

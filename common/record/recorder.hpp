@@ -1,6 +1,6 @@
-// Takes samples from a loop thread without ever delaying it: push copies a plain struct into a ring; a thread of its
-// own turns them into messages and flushes a chunk at least every 250 ms. A ring that is full, or a disk, costs
-// samples, never time: both are counted, and the first time that a disk does is said on stderr.
+// Records samples of a loop thread without ever delaying it. push copies a plain struct into a ring; a second thread
+// turns the structs into messages and flushes a chunk at least every 250 ms. A full ring or a full disk costs samples,
+// never time. Lost samples are counted, and the first one that the disk does not take is reported on stderr.
 #pragma once
 
 #include <atomic>
@@ -14,7 +14,8 @@ namespace farhand {
 
 class Recorder {
  public:
-  // 16,384 samples are 8 s of the fastest producer, the MCU emulator at 2 kHz: longer than a disk is known to stall.
+  // 16,384 samples are 8 s of the fastest producer, the MCU emulator at 2 kHz, which is longer than any known stall of
+  // a disk.
   static constexpr std::size_t kCapacity = 16'384;
 
   // Throws like Recording.
@@ -50,8 +51,8 @@ class Recorder {
   SpscRing<Item> ring_;
   std::atomic<std::uint64_t> overflow_{0}, flushed_{0};
   Recording recording_;
-  bool said_ = false;    // that the disk does not take everything; from then on it is only counted
-  std::jthread writer_;  // last: starts when all else stands
+  bool said_ = false;    // whether a loss by the disk was reported; later ones are only counted
+  std::jthread writer_;  // last member: starts after all others are made
 };
 
 }  // namespace farhand

@@ -1,4 +1,4 @@
-// From a station's tick to a row of a recording.
+// Makes a row of a recording from a station's tick.
 #pragma once
 
 #include "common/device/truth.hpp"
@@ -37,7 +37,7 @@ inline StationSample sample_of(const TickTrace<1>& trace, const Receiver<1>& rec
   return row;
 }
 
-// What the receiver counted, over all sessions of the peer.
+// The receiver's counters, over all sessions of the peer.
 inline StationCounters counters_of(const ReceiverCounters& receiver) noexcept {
   StationCounters total;
   total.received = receiver.received;

@@ -1,5 +1,5 @@
-// Between the plain structs that a loop fills and the messages of record.proto that a file holds. What a side cannot
-// know (NaN in true_*) is absent in the file.
+// Converts between the plain structs that a loop fills and the messages of record.proto in a file. Values that a side
+// cannot know (NaN in true_*) are absent in the file.
 #pragma once
 
 #include "common/record/session.hpp"
@@ -19,7 +19,7 @@ LinkSample decode(const record::LinkSample& message);
 McuSample decode(const record::McuSample& message);
 StationCounters decode(const record::Counters& message);
 
-// How the law's signals of a side are called. A recording made before they had names has kUnnamedSignals.
+// Names of the law's signals of a side. A recording that was made before they had names has kUnnamedSignals.
 std::vector<std::string> signals_of(const record::RunInfo& info, bool master);
 void name_signals(const std::vector<std::string>& master, const std::vector<std::string>& slave, record::RunInfo& info);
 

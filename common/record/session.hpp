@@ -1,4 +1,4 @@
-// A run in memory: what both sides felt, tick by tick, and what the network did. The lab fills it directly,
+// A run in memory: the samples of both sides, tick by tick, and those of the network. The lab fills it directly,
 // `farhand-lab report` fills it from recordings; metrics and report read nothing else.
 #pragma once
 
@@ -11,28 +11,28 @@
 
 namespace farhand {
 
-inline constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();  // a number that is not there
+inline constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();  // an absent number
 
-// One tick of one station. Times are in seconds on the axis of the session (0 = start of the run). NaN marks what a
-// side cannot know: true_* exist only where the world is simulated.
+// One tick of one station. Times are in seconds on the axis of the session (0 = start of the run). NaN marks values
+// that a side cannot know: true_* exist only if the world is simulated.
 struct StationSample {
   double t_s = 0;
   int state = 0;                                                 // StationState
   double x_rad = 0, v_rad_s = 0, f_nm = 0;                       // own axis, as estimated
   double remote_x_rad = 0, remote_v_rad_s = 0, remote_f_nm = 0;  // the peer, as played out
   double target_x_rad = 0;                                       // position that the law follows
-  double command_nm = 0;  // torque applied after all limits, or torque reference sent to the MCU
-  double x_cdob_rad = 0;  // followed beyond what was received, by the CDOB or the mediator; 0 without one
-  double alpha = 1;       // of that, what is used; 1 without one
+  double command_nm = 0;                        // torque applied after all limits, or torque reference sent to the MCU
+  double x_cdob_rad = 0;                        // added to the received angle by CDOB or mediator; 0 without one
+  double alpha = 1;                             // share of it that is used; 1 without one
   LawSignals::Own law = LawSignals::nothing();  // the law's own signals, under Session::master_signals, slave_signals
-  double playout_delay_s = 0;                   // play-out over the fastest packet (buffer depth in force)
+  double playout_delay_s = 0;                   // play-out beyond the fastest packet (depth of the buffer)
   double rtt_s = 0;                             // newest round trip measured by echo
   std::uint32_t limits = 0;                     // LimitBit
   double true_x_rad = 0;                        // true angle in the simulated world
   double true_v_rad_s = 0;
   double true_f_nm = 0;  // true torque between device and person, sign convention of Motion::f
-  // Of the newest accepted packet, in integers because an offset of clocks is the difference of two large numbers: the
-  // peer's send stamp on the peer's clock and the arrival on the own clock. 0 before the first packet.
+  // Send stamp of the newest accepted packet on the peer's clock, and its arrival on the own clock. Integers, because
+  // the offset of the clocks is the difference of two large numbers. 0 before the first packet.
   std::int64_t newest_peer_send_ns = 0, newest_peer_arrival_ns = 0;
 };
 
@@ -67,16 +67,16 @@ struct StationCounters {
                 duplicate = 0, lost = 0, rejected_checksum = 0, rejected_format = 0, rejected_session = 0,
                 rejected_expired = 0, rejected_not_finite = 0, serial_crc_errors = 0, serial_sent = 0,
                 serial_received = 0, record_overflow = 0,
-                record_unwritten = 0;  // samples that the ring, or the disk, had no room for
-  // Datagrams, as LinkDrops has them.
+                record_unwritten = 0;  // samples for which the ring, or the disk, had no room
+  // Dropped datagrams, as in LinkDrops.
   std::uint64_t rejected_foreign = 0, dropped_too_long = 0, dropped_by_kernel = 0, dropped_handshake = 0,
                 send_failed = 0;
-  // A command on the serial line and its echo: the least and the most that they took; how many took 10 ms more.
+  // Time of a command and its echo on the serial line: the least and the most; number of echoes that took 10 ms more.
   std::uint64_t serial_need_us = 0, serial_most_us = 0, serial_warned = 0, serial_sagged = 0;
-  std::uint64_t cut_ticks = 0;  // in which something that the peer said was cut at the intake, as TickTrace::cuts
+  std::uint64_t cut_ticks = 0;  // ticks in which the intake cut a value of the peer, as TickTrace::cuts
 };
 
-// What a wall clock measured; NaN where nobody did. The worse of the two sides.
+// Measurements by the wall clock, of the worse side; NaN if not measured.
 struct WallClock {
   double real_time_factor = std::numeric_limits<double>::quiet_NaN();
   double tick_p50_us = std::numeric_limits<double>::quiet_NaN();
@@ -84,10 +84,10 @@ struct WallClock {
   double tick_max_us = std::numeric_limits<double>::quiet_NaN();
 };
 
-// What the signals of laws were before they had names.
+// Names for the signals of laws in recordings that were made before the signals had names.
 inline constexpr std::array kUnnamedSignals{"energy_j", "friction_nm", "f_2_nm"};
 
-// A signal of a law by its name; NaN where the law has none of it.
+// A signal of a law by its name; NaN if the law has no such signal.
 inline double law_signal(const StationSample& row, const std::vector<std::string>& names, std::string_view name) {
   for (std::size_t i = 0; i < names.size() && i < row.law.size(); ++i) {
     if (names[i] == name) return row.law[i];

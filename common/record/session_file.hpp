@@ -1,5 +1,5 @@
-// From recordings to a Session in memory and back: one process's file as it is, the merged session.mcap, and the
-// directory that a run keeps to itself.
+// Reads recordings into a Session in memory and writes them: the file of one process, the merged session.mcap, and the
+// directory of a run.
 #pragma once
 
 #include <filesystem>
@@ -24,7 +24,7 @@ struct Recorded {
   std::vector<std::string> problems;  // sentences about damage and a missing end
 };
 
-// Throws std::runtime_error when the file cannot be read or is no recording of ours; damage is told in `problems`.
+// Throws std::runtime_error if the file cannot be read or is not a recording of ours; damage is reported in `problems`.
 Recorded read_recording(const std::filesystem::path& file);
 
 // One file with both stations on the master's clock, t_ns counted from the start of the run. Returns the new file:

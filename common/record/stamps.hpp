@@ -1,5 +1,6 @@
-// Arithmetic on times from outside. A peer or a recording may hold any 64-bit number as a stamp; a result that does not
-// fit is the end of the range (292 years), where a signed sum would be undefined. Within the range nothing is changed.
+// Arithmetic on times from outside. A peer or a recording may hold any 64-bit number as a stamp. A result that does not
+// fit becomes the end of the range (292 years), because a signed overflow would be undefined. Results within the range
+// are unchanged.
 #pragma once
 
 #include <cmath>

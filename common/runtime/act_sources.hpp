@@ -1,4 +1,4 @@
-// Who asks a station for something, in the order in which they are heard.
+// The sources of acts on a station, in the order of their priority.
 #pragma once
 
 #include <utility>
@@ -10,7 +10,7 @@
 
 namespace farhand {
 
-// The patient's own; the slave's only.
+// The patient's stop; only on the slave.
 class PatientsStop final : public ActSource {
  public:
   explicit PatientsStop(StopInput& input) noexcept : input_(input) {}
@@ -23,10 +23,10 @@ class PatientsStop final : public ActSource {
 
  private:
   StopInput& input_;
-  bool pressed_ = false;  // in the tick before
+  bool pressed_ = false;  // in the last tick
 };
 
-// Who puts the program aside (Ctrl-Z) lets go first.
+// Ctrl-Z stops the station before the program is suspended.
 class StopToSuspend final : public ActSource {
  public:
   Asked next(const TickTime& time, double, const Side&, bool) noexcept override {
@@ -38,7 +38,7 @@ class StopToSuspend final : public ActSource {
   bool suspending_ = false;
 };
 
-// Keys and words. They are read in every tick: none may wait for a better moment.
+// Keys and words of the operator. They are read in every tick, so that no stop waits.
 class OperatorsWords final : public ActSource {
  public:
   explicit OperatorsWords(OperatorInput& input) noexcept : input_(input) {}
@@ -50,7 +50,7 @@ class OperatorsWords final : public ActSource {
   OperatorInput& input_;
 };
 
-// What the scene's people do on this side; they wait while somebody else is heard.
+// The acts of the scene's operator on this side; they wait while another source acts.
 class ScenesPeople final : public ActSource {
  public:
   ScenesPeople(const scene::Scene& scene, Role role) : timeline_(scene, role) {}

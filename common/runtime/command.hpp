@@ -19,36 +19,37 @@ struct NamedFiles;  // the inputs and outputs of a program's commands
 
 enum class Needed : std::uint8_t { kNo, kYes };
 
-// A handle: copies mean the same command. Names begin with -- for options and in capitals for what is given by place.
+// A handle: copies mean the same command. Names of options begin with --, names of positional arguments are in
+// capitals.
 class Command {
  public:
   Command subcommand(const char* name, const char* purpose);
   void require_subcommand();
 
   void text(const char* name, std::string& value, const char* meaning, Needed needed = Needed::kNo);
-  // A file that is read. No output may name it.
+  // A file that is read. No output may have the same name.
   void input(const char* name, std::string& value, const char* meaning, Needed needed = Needed::kNo);
-  // A file that is made, or a directory for files. Refused before anything runs where none can be made (require_output
-  // in common/files/output.hpp), where it is an input of the same command, and where two outputs have one name. "-" is
-  // for the command to judge.
+  // A file that is made, or a directory for files. It is refused before anything runs if it cannot be made
+  // (require_output in common/files/output.hpp), is an input of the same command, or has the name of another output.
+  // The command itself handles "-".
   void output(const char* name, std::string& value, const char* meaning);
   void output_directory(const char* name, std::string& value, const char* meaning);
-  // By place: one or more. As an option: one each time that it is written.
+  // Positional: one or more values. As an option: one value each time that it is written.
   void texts(const char* name, std::vector<std::string>& values, const char* meaning, Needed needed = Needed::kNo);
-  // Both ends of a range are allowed; NaN is not in any.
+  // Both ends of a range are allowed; NaN is outside every range.
   void number(const char* name, double& value, double min, double max, const char* meaning);
   void count(const char* name, int& value, int min, int max, const char* meaning);
   void seed(const char* name, std::optional<std::uint64_t>& value, const char* meaning);
   // "!--no-thing" clears the value.
   void flag(const char* name, bool& value, const char* meaning);
 
-  // This option, declared before, takes no other of its command into account: with another it is refused.
+  // This option, declared before, is refused together with any other option of its command.
   void alone(const char* name);
 
-  // Stands below the options in --help.
+  // Text below the options in --help.
   void epilogue(const std::string& text);
 
-  // After parsing: this subcommand was asked for.
+  // After parsing: true if this subcommand was given.
   bool given() const;
 
  private:
@@ -72,8 +73,8 @@ class Program {
   Program& operator=(const Program&) = delete;
 
   Command command() { return Command(app_, files_.get()); }
-  // Parses, runs the body, and turns what it throws into a sentence and an exit code. A body throws only before its
-  // loop. From here on a file that may not grow and a pipe that nobody reads are errors of one write, not the end of
+  // Parses, runs the body, and turns its exceptions into a sentence and an exit code. A body throws only before its
+  // loop. From here on a file that may not grow, or a pipe that nobody reads, is an error of one write and does not end
   // the program.
   int run(int argc, char** argv, const std::function<int()>& body);
 

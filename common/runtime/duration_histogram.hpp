@@ -1,6 +1,6 @@
-// How long did something take, over a whole session, in constant memory? The loop adds one value per tick and may not
-// allocate, so the values go into fixed logarithmic buckets: 128 per octave, hence a quantile is at most 1/128 above
-// the true one. The maximum is exact.
+// Histogram of durations over a whole session, in constant memory. The loop adds one value per tick and may not
+// allocate; therefore values go into fixed logarithmic buckets, 128 per octave. A quantile is at most 1/128 above the
+// true one. The maximum is exact.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// What the program answers to its operator's input when it does not simply act: in numbers, so that the loop can hand
-// it to the thread that says it (operator_notices.hpp).
+// The program's answer to operator input on which it does not act at once. It is stored as numbers, so that the loop
+// can hand it to the thread that prints it (operator_notices.hpp).
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ struct InputRemark {
     kNone,
     kAwaitsSilence,  // a letter was pressed, and acts unless another key follows
     kUnfinished,     // the line holds text in which no letter counts
-    kNotUnderstood,  // the line ended, was no word, and stopped
-    kTogether,       // a word that lets something move came together with other input, and stopped
+    kNotUnderstood,  // the line ended, was not a word, and stopped
+    kTogether,       // a word that starts motion came together with other input, and stopped
     kSuspending,
     kBackground,
     kClosed

@@ -1,6 +1,6 @@
-// The terminal that gives keys: each at once, without echo and without flow control, so that Ctrl-S is a key as well.
-// Signals stay (Ctrl-C, Ctrl-\, Ctrl-Z). It is as before whenever somebody else may use it: after the program, however
-// that ends, while it is suspended, and in the background. One at a time per process.
+// The terminal in a mode that gives each key at once, without echo and without flow control, so that Ctrl-S is a key as
+// well. Signals stay (Ctrl-C, Ctrl-\, Ctrl-Z). Its old mode is restored whenever another program may use it: after the
+// program, however that ends, while it is suspended, and in the background. One object at a time per process.
 #pragma once
 
 #include <termios.h>
@@ -11,18 +11,18 @@ namespace farhand {
 
 class KeyTerminal {
  public:
-  // What is no terminal stays untouched.
+  // A descriptor that is not a terminal stays untouched.
   explicit KeyTerminal(int fd);
   ~KeyTerminal();
   KeyTerminal(const KeyTerminal&) = delete;
   KeyTerminal& operator=(const KeyTerminal&) = delete;
 
   bool is_terminal() const noexcept { return terminal_; }
-  // Takes the terminal for keys whenever it is in the foreground and somebody (a shell, stty) has set it otherwise.
-  // False where another program reads it.
+  // Sets the mode for keys again if the program is in the foreground and another program (a shell, stty) has changed
+  // it. Returns false if another program reads the terminal.
   bool tend() noexcept;
   bool in_foreground() const noexcept;
-  // To read from: an open file of our own, whose reads do not block even where another program is faster.
+  // Descriptor to read from: an open file of our own, whose reads do not block even if another program is faster.
   int reader() const noexcept { return own_ >= 0 ? own_ : fd_; }
 
  private:
@@ -31,8 +31,8 @@ class KeyTerminal {
   bool terminal_;
 };
 
-// Gives it back as it was before, and leaves it so: for good, or until it may be taken again. For signal handlers,
-// which must not wait for the loop: the shell does not either.
+// Restores the old mode, for good or until tend() may set it again. For signal handlers, which must not wait for the
+// loop, because the shell does not wait either.
 enum class GivenBack : std::uint8_t { kNo, kWhileSuspended, kForGood };
 void give_key_terminal_back(GivenBack how) noexcept;
 GivenBack key_terminal_is_given_back() noexcept;

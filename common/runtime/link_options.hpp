@@ -1,4 +1,4 @@
-// How a station's user chooses its link: secured by the pairing key, or bare between programs of one machine.
+// The user's choice of a link: secured by the pairing key, or bare between programs of one machine.
 #pragma once
 
 #include <memory>
@@ -22,11 +22,12 @@ void add_link_options(Command command, LinkOptions& options);  // --key, --insec
 std::unique_ptr<PeerLink> open_link(const LinkOptions& options, const std::string& address, Role role,
                                     const scene::Scene& scene);
 
-// What both sides must have alike, because each counts on the other's: architecture, gains, period, how they are
-// joined, and what the controller believes of both axes. Not the simulated world, the network, the machine.
+// The settings that must be equal on both sides, because each side relies on the other's: architecture, gains, period,
+// the connection of the sides, and the controller's model of both axes. Simulated world, network and machine may
+// differ.
 std::string shared_configuration(const scene::Scene& scene);
 
-// `farhand-master pair`, `farhand-slave pair`: makes, brings over, shows, changes and revokes the key. argv as main's.
+// `farhand-master pair`, `farhand-slave pair`: makes, imports, shows, changes and revokes the key. argv as main's.
 int run_pair(const std::string& program, int argc, char** argv);
 
 }  // namespace farhand

@@ -1,5 +1,5 @@
-// One line that shows a running session. The loop only hands over numbers; a thread of its own prints them to stderr:
-// over and over in place on a terminal, a line every two seconds into a file or pipe.
+// One line that shows a running session. The loop only hands over numbers; a second thread prints them to stderr,
+// repeatedly in place on a terminal, or as a line every two seconds into a file or pipe.
 #pragma once
 
 #include <condition_variable>
@@ -23,11 +23,11 @@ struct LiveStatus {
   double line_s =
       std::numeric_limits<double>::quiet_NaN();            // of a command on the serial line and its echo; NaN without
   bool line_lags = false;                                  // that is 10 ms more than the line needs
-  bool line_blind = false;                                 // this PC looks too late to know
-  bool line_slow = false;                                  // it was refused for what it needs
+  bool line_blind = false;                                 // this PC reads too late to measure it
+  bool line_slow = false;                                  // it was refused because it needs too much time
   std::uint32_t therapist_limits = 0, patient_limits = 0;  // LimitBit, those that are near too
-  std::uint64_t dropped = 0, unsent = 0;                   // datagrams that were not taken, and that did not leave
-  std::uint64_t cut = 0;  // ticks in which the peer wished for more than may be asked of this side
+  std::uint64_t dropped = 0, unsent = 0;                   // datagrams that were not accepted, and that were not sent
+  std::uint64_t cut = 0;  // ticks in which the peer asked for more than this side allows
 };
 
 inline constexpr const char* kLineSlowSentence =
@@ -38,7 +38,7 @@ inline constexpr const char* kPcLateSentence =
     "this PC looks too late at its serial line to tell how long that takes: its own ticks are late (runtime.priority "
     "in "
     "the scene, fewer programs, or a longer tick_s)";
-// The sentence for a line that Self-test did not find good.
+// The sentence for a line that Self-test refused.
 inline constexpr const char* slow_line_sentence(bool blind) { return blind ? kPcLateSentence : kLineSlowSentence; }
 
 std::string format_live_status(const LiveStatus& status);

@@ -1,6 +1,6 @@
-// The operator's acts from standard input: keys from a terminal (typed_keys.hpp), words in lines from anything else
-// (word_lines.hpp). Nothing moves at start, so this is how a session comes alive, and how it is stopped. Never blocks,
-// never spins on a closed input. A pipe that ends ends nothing; a terminal that hangs up stops.
+// The operator's acts from standard input: keys from a terminal (typed_keys.hpp), words in lines from any other input
+// (word_lines.hpp). Nothing moves at start; these acts start a session and stop it. Never blocks, and never spins on a
+// closed input. The end of a pipe has no effect; a terminal that hangs up stops the station.
 #pragma once
 
 #include <array>
@@ -17,15 +17,16 @@ namespace farhand {
 
 class OperatorInput {
  public:
-  // So many acts may wait for their ticks; more are dropped, unless it is a stop.
+  // Number of acts that may wait for their ticks; further ones are dropped, except stops.
   static constexpr std::size_t kWaiting = 32;
 
   explicit OperatorInput(int fd = 0) : fd_(fd), terminal_(fd) {}
 
-  // The next act, if one is there; to be called once per tick, with the time on any clock that never goes back. A stop
-  // overtakes what was asked before it and has not been done yet.
+  // The next act, if there is one; to be called once per tick, with the time on any clock that never goes back. A stop
+  // overtakes earlier acts that have not been done yet.
   std::optional<OperatorAct> poll(Nanoseconds now) noexcept;
-  // Instead of it while there is no session: keys are heard, and only a stop is kept. Lines stay in their pipe.
+  // Called instead of poll() while there is no session: keys are read, and only a stop is kept. Lines stay in their
+  // pipe.
   void wait(Nanoseconds now) noexcept;
 
   bool keys() const noexcept { return terminal_.is_terminal(); }

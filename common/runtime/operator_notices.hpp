@@ -1,5 +1,5 @@
-// Says on stderr what an operator's input did not do and why (input_remark.hpp), a line for each, at most one a second:
-// the newest. In a thread of its own, because the loop must not wait for a terminal.
+// Prints on stderr why an operator's input had no effect (input_remark.hpp): a line for each remark, at most one a
+// second, the newest. It uses a thread of its own, because the loop must not wait for a terminal.
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
-// The words in which an operator asks for something, on a terminal and through a pipe. A stop is understood in any
-// case; the others as they are written, because what lets something move is to be meant.
+// The words for an operator's acts, on a terminal and through a pipe. `stop` is accepted in upper and lower case; the
+// other words only as they are written, because a word that starts motion must be intended.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace farhand {
 
-// What can end in a torque that was not there.
+// Acts that can lead to a torque that was not there before.
 constexpr bool needs_intent(OperatorAct act) noexcept {
   return act == OperatorAct::kEngage || act == OperatorAct::kReset || act == OperatorAct::kHome ||
          act == OperatorAct::kIdentify;

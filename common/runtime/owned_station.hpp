@@ -1,4 +1,4 @@
-// A station with its law, for whoever keeps both: a side of a program, the lab, a test. Made before the loop.
+// A station together with its law, for owners of both: a side of a program, the lab, a test. Made before the loop.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,11 @@
 
 namespace farhand {
 
-// What a station stands on beside its own blocks.
+// The objects that a station uses beside its own blocks.
 struct StationParts {
   const LawMaker& maker;
   std::unique_ptr<Law<1>> law;
-  std::unique_ptr<Identifying> identifying;  // none where the scene does not ask for it
+  std::unique_ptr<Identifying> identifying;  // null unless the scene asks for it
 
   explicit StationParts(const StationParams& p)
       : maker(p.role == Role::kLeader ? architecture(p.architecture).master : architecture(p.architecture).slave),
@@ -32,7 +32,7 @@ class OwnedStation : private StationParts, public Station<Io> {
   const LawNeeds& needs() const noexcept { return law->needs(); }
 
   std::size_t bytes() const noexcept { return sizeof(Station<Io>) + bytes_beside(); }
-  // What lies beside this object: the law, and what identifies.
+  // Bytes of the objects beside this one: the law and the identification.
   std::size_t bytes_beside() const noexcept { return maker.bytes + (identifying ? sizeof(Identifying) : 0); }
 };
 

@@ -1,4 +1,4 @@
-// What every farhand program shares: how a scene is chosen, how mistakes are said, how a run ends.
+// Code that all farhand programs share: choice of a scene, reports of mistakes, end of a run.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct SceneChoice {
   std::optional<std::uint64_t> seed;
   bool real_time = false;
 
-  // Says the scene's warnings on stderr. In real time what only virtual time can follow is refused:
+  // Prints the scene's warnings on stderr. In real time, settings that only virtual time can follow throw
   // std::invalid_argument.
   LoadedScene load() const;
 };
@@ -28,17 +28,17 @@ struct SceneChoice {
 void add_scene_option(Command command, SceneChoice& choice);    // --scene, --set, --seed; in real time
 void add_scene_argument(Command command, SceneChoice& choice);  // SCENE, --set, --seed
 
-// What stands at the head of a recording that begins now.
+// The head of a recording that begins now.
 record::RunInfo run_info(const LoadedScene& scene, const std::string& role);
-// None without a file name. Says on stderr where the recording goes instead if the name is taken.
+// Null without a file name. If the name is taken, prints the new name on stderr.
 std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role);
-// Completes it and says on stderr what was lost, if anything.
+// Completes the recording and prints losses on stderr.
 void finish_recorder(Recorder* recorder, const StationCounters& counters);
 
-// A number that no earlier start of this station has used, so that the peer notices a restart. Never 0.
+// Draws a number that no earlier start of this station has used, so that the peer notices a restart. Never 0.
 std::uint32_t draw_session();
 
-// Without an end of its own: the tick decides, or a signal.
+// A loop without a fixed end: the tick ends it, or a signal.
 LoopParams loop_params(const scene::Scene& scene, Nanoseconds period, const StopSignals& stop);
 void print_loop(const char* role, const RunStats& stats);
 

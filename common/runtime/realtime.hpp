@@ -1,5 +1,5 @@
-// Fixed priority and locked memory for the calling thread. Both are wishes: what was refused is said in a sentence that
-// names the remedy, and the session runs on with what it has.
+// Fixed priority and locked memory for the calling thread. The system may refuse both: a sentence then names the
+// remedy, and the session runs on without them.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
-// The heartbeat of a station: one thread that wakes at absolute deadlines and calls `tick`, which does control, socket
-// and serial in one go. It is the only place that reads the clock. A deadline that has passed is skipped, never caught
-// up on, and the tick is told how many were, because a law that differentiates across a gap must know.
+// The loop of a station: one thread that wakes at absolute deadlines and calls `tick`, which does control, socket and
+// serial line. Only this file reads the clock. A missed deadline is skipped and never made up for. The number of
+// skipped ones is an argument of the tick, because a law that differentiates across a gap must know it.
 #pragma once
 
 #include <concepts>
@@ -20,17 +20,18 @@ Nanoseconds monotonic_now() noexcept;
 struct LoopParams {
   Nanoseconds period_ns = kMillisecond;
   Nanoseconds duration_ns = 0;  // 0: until stopped
-  // How long `tick` may go on after it was told to stop, so that it can bring torque to zero before it returns false.
+  // Time for which `tick` may go on after the request to stop, so that it can bring torque to zero before it returns
+  // false.
   Nanoseconds stop_grace_ns = kSecond / 2;
   RealtimeParams realtime{};
   const StopSignals* stop = nullptr;
   SuspendSignal* suspend = nullptr;
-  Nanoseconds rest_ns = 300 * kMillisecond;  // to come to rest in, before the program is suspended
+  Nanoseconds rest_ns = 300 * kMillisecond;  // time to come to rest before the program is suspended
 };
 
 struct TickTime {
   Nanoseconds now_ns = 0;       // when this tick woke up
-  Nanoseconds deadline_ns = 0;  // when it should have
+  Nanoseconds deadline_ns = 0;  // when it should have woken up
   Nanoseconds elapsed_ns = 0;   // deadline since the start of the loop
   std::uint64_t index = 0;      // ticks run before this one
   std::uint64_t missed = 0;     // deadlines skipped since the last tick
@@ -42,8 +43,8 @@ enum class StopCause { kTick, kDuration, kSignal };
 
 struct RunStats {
   std::uint64_t ticks = 0;
-  std::uint64_t overruns = 0;  // ticks that took longer than the period: ours to answer for
-  std::uint64_t missed = 0;    // deadlines skipped, by overrun or because the machine woke us too late
+  std::uint64_t overruns = 0;  // ticks that took longer than the period, our own fault
+  std::uint64_t missed = 0;    // deadlines skipped, by an overrun or because the machine woke this thread late
   DurationHistogram tick_duration;
   DurationHistogram wake_latency;
   Nanoseconds start_ns = 0, end_ns = 0;
@@ -62,7 +63,7 @@ concept LoopTick = requires(Tick& tick, const TickTime& time) {
 // The schedule of the loop without the tick; `run` below is its only user.
 class LoopSchedule {
  public:
-  // Enters real time (what was refused goes to stderr), then sets the first deadline.
+  // Enters real time (refusals are printed on stderr), then sets the first deadline.
   explicit LoopSchedule(const LoopParams& params);
 
   TickTime wait() noexcept;        // sleeps until the next deadline that has not passed
@@ -75,7 +76,7 @@ class LoopSchedule {
   TickTime time_;
   Nanoseconds next_ns_ = 0;
   Nanoseconds stopping_since_ns_ = 0, suspending_since_ns_ = 0;
-  // Set by a library that counts heap calls and locks per thread, if one is loaded (tests): nullptr otherwise.
+  // Set by a library that counts heap calls and locks per thread, if it is loaded (tests), else nullptr.
   void (*counting_begin_)() = nullptr;
   void (*counting_end_)() = nullptr;
 };

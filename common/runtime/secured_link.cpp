@@ -1,6 +1,6 @@
 // The secured link on real sockets. The loop owns the socket and the session in force; a second thread owns the
-// handshakes, whose arithmetic takes milliseconds. Between them run rings that neither side ever waits for: datagrams
-// of handshakes both ways, new sessions here, sessions that are over there.
+// handshakes, whose arithmetic takes milliseconds. Rings connect them, for which neither ever waits: datagrams of
+// handshakes in both directions, new sessions to the loop, ended sessions to the thread.
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -50,10 +50,12 @@ class SecuredLink final : public PeerLink {
   }
 
   void advance(Nanoseconds now) noexcept override {
+    // Ended sessions go first: each gives its place to a new one.
     while (std::unique_ptr<MediaSession> session = channel_.retire(now)) give_back(std::move(session));
     if (MediaSession* session = nullptr; made_.pop(session)) {
       give_back(channel_.offer(std::unique_ptr<MediaSession>(session), now));
     }
+    // Only a few answers per tick, so that a flood of hellos does not make the tick late.
     HandshakeDatagram datagram;
     for (int i = 0; i < kHandshakeDatagramsPerTick && outgoing_.pop(datagram); ++i) {
       socket_.send_to(datagram.view(), datagram.peer);
@@ -70,7 +72,7 @@ class SecuredLink final : public PeerLink {
         packet = opened;
         return Received::kPacket;
       case SecureChannel::Incoming::kHandshake:
-        // No room: lost like on the network, and said again by whoever means it.
+        // Without room the datagram is lost as on the network, and an honest sender repeats it.
         if (budget_.take(datagram->sender, now) &&
             incoming_.push(to_datagram(datagram->sender, buffer.first(datagram->size)))) {
           wake();
@@ -119,7 +121,8 @@ class SecuredLink final : public PeerLink {
     [[maybe_unused]] const ssize_t ignored = ::write(wake_, &one, sizeof one);
   }
 
-  // To be destroyed where freeing memory hurts nobody; here only if that thread has left 16 of them lying.
+  // A session is destroyed in the handshake thread, where freeing memory delays no tick. It is destroyed here only if
+  // that thread has 16 of them waiting.
   void give_back(std::unique_ptr<MediaSession> session) noexcept {
     if (session == nullptr || !over_.push(session.get())) return;
     static_cast<void>(session.release());
@@ -141,15 +144,18 @@ class SecuredLink final : public PeerLink {
   }
 
   void step(Nanoseconds now) {
+    // Ended sessions first: a dialer calls again once it has none.
     for (MediaSession* session = nullptr; over_.pop(session);) {
       handshaker_->give_back(std::unique_ptr<MediaSession>(session), now);
     }
+    // Handshakes: received datagrams, repetitions by time, then the answers.
     HandshakeDatagram datagram;
     while (incoming_.pop(datagram)) handshaker_->receive(datagram, now);
     handshaker_->advance(now);
     while (handshaker_->take_outgoing(datagram)) {
       if (!outgoing_.push(datagram)) answers_dropped_.fetch_add(1, std::memory_order_relaxed);
     }
+    // New sessions go to the loop, which alone decides which one is in force.
     while (std::unique_ptr<MediaSession> session = handshaker_->take_session()) {
       if (made_.push(session.get())) {
         static_cast<void>(session.release());
@@ -168,7 +174,8 @@ class SecuredLink final : public PeerLink {
     if (refused) refused_.store(true, std::memory_order_release);
   }
 
-  // A stranger at the door must not fill the terminal; `authentic` news are said at once, the same again after a while.
+  // Strangers must not fill the terminal: a sentence is printed at most every kSaidAgain, except that a new sentence
+  // about an `authentic` peer is printed at once.
   void say(const std::string& sentence, Nanoseconds now, bool authentic) {
     const bool news = authentic && sentence != said_;
     if (!news && said_at_ != 0 && now - said_at_ < kSaidAgain) return;

@@ -1,6 +1,5 @@
-// One side of the teleoperator, ready to run: a station on its axis. The programs and the virtual-time lab tick exactly
-// this; which scene and which device it is made of is known to nobody but the factories below, so that an edit of a law
-// rebuilds little.
+// One side of the teleoperator, ready to run: a station on its axis. The programs and the virtual-time lab tick the
+// same object. Only the factories below know its law and its device, so that an edit of a law rebuilds little.
 #pragma once
 
 #include <memory>
@@ -21,7 +20,7 @@ class Side {
   // now: monotonic clock of this side; t_s: time of the run; ticks: periods since the last call. Returns the packet for
   // the peer.
   virtual Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act, int ticks) noexcept = 0;
-  // The program is not run: a simulated device goes on by itself, to t_s.
+  // The program does not run: a simulated device goes on by itself, to t_s.
   virtual void go_on(double t_s) noexcept = 0;
   virtual Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept = 0;
 
@@ -34,13 +33,13 @@ class Side {
   virtual bool device_valid() const noexcept = 0;               // of the last tick
 };
 
-// Whether `engage` on this side would lead somewhere.
+// True if `engage` on this side would have an effect.
 inline bool both_ready(const Side& side, Nanoseconds now) noexcept {
   const auto ready = [](StationState s) { return s == StationState::kReady || s == StationState::kHolding; };
   return ready(side.trace().state) && side.receiver().alive(now) && ready(side.receiver().newest().state);
 }
 
-// Why it is in its state. A line is not to blame for what a late PC could not measure.
+// The reason for its state. If a late PC could not measure the line, the PC is named and not the line.
 inline const char* why_of(const Side& side) noexcept {
   const bool blind = side.trace().reason == Reason::kLineSlow && side.serial_counters().blind;
   return blind ? "this PC looks too late at its serial line" : name_of(side.trace().reason);

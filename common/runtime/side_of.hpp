@@ -16,8 +16,8 @@ concept TakesTorque = requires(const typename A::Io::Command& command) {
   command.torque;
 };
 
-// What a station stands on: a simulated world, or a device behind a serial line. One that takes a torque says whether
-// it is simulated, and is told before the loop what its drive is to do by itself where commands cease.
+// The axis of a station: a simulated world, or a device behind a serial line. An axis that takes a torque declares
+// whether it is simulated, and gets, before the loop, the behaviour of its drive when commands cease.
 template <class A>
 concept Axis = requires(A axis, double t_s, const typename A::Io::Command& command) {
   { axis.read(t_s) }
@@ -73,7 +73,7 @@ class SideOf final : public Side {
   const A& axis() const noexcept { return axis_; }
 
  private:
-  // Of a simulated drive it may be assumed; a real one does what it does, and nobody but its scene knows.
+  // A simulated drive keeps the default contract. The behaviour of a real drive is known only from its scene.
   static const TorqueHold& contract_of(const StationParams& params) {
     const DriveParams& drive = params.control.drive;
     if constexpr (TakesTorque<A> && !A::kSimulated) {

@@ -1,5 +1,5 @@
-// One tick of a station in a program: drain the socket, run the side, send, record, show. Everything that it touches
-// was made before the loop; nothing here allocates, locks or waits.
+// One tick of a station in a program: drain the socket, run the side, send, record, show. All objects that it uses are
+// made before the loop; no function here allocates, locks or waits.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ class StationLoop {
   StationCounters counters(const RunStats& stats) const noexcept;
 
  private:
-  StationCounters counted() const noexcept;  // all but what the loop's schedule counts
+  StationCounters counted() const noexcept;  // without the counts of the loop's schedule
   void receive(Nanoseconds now) noexcept;
   Asked next_act(const TickTime& time, double t_s) noexcept;
 
@@ -33,14 +33,14 @@ class StationLoop {
   double duration_s_;
   StationPorts ports_;
   PacketCodec<1> codec_;
-  std::array<std::uint64_t, kDecodeResults> rejected_{};  // by DecodeResult; the first counts what was good
+  std::array<std::uint64_t, kDecodeResults> rejected_{};  // by DecodeResult; the first counts valid ones
   std::uint64_t sent_ = 0;
   double first_heard_s_ = 0.0;
   bool stopping_ = false;
   int stopping_ticks_ = 0;
 };
 
-// What the main of a station has made, and how its user wants it run.
+// The objects that the main of a station has made, and the user's options.
 struct StationSession {
   const LoadedScene& scene;
   Side& side;
@@ -54,7 +54,7 @@ struct StationSession {
   StopInput* stop_input = nullptr;
 };
 
-// Runs it to its end and says how it went; returns the exit code.
+// Runs it to its end and prints the result; returns the exit code.
 int run_station(const StationSession& session);
 
 }  // namespace farhand

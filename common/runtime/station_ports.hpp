@@ -1,5 +1,5 @@
-// What a station's loop is told and by whom, and who looks on: two small faces, so that the loop knows neither keys nor
-// recordings nor screens. Everything here is called in the loop's thread and neither allocates, locks nor waits.
+// The interfaces of a station's loop to sources of acts and to observers of its ticks, so that the loop knows neither
+// keys nor recordings nor screens. All functions are called in the loop's thread and neither allocate, lock nor wait.
 #pragma once
 
 #include <span>
@@ -13,14 +13,14 @@ namespace farhand {
 
 struct Asked {
   OperatorAct act = OperatorAct::kNone;
-  const char* said = nullptr;  // how a recording words it; none: by the act's name; empty: it has been said before
+  const char* said = nullptr;  // wording for the recording; null: the act's name; empty: already recorded
 };
 
-// Who may ask for something: the patient's stop, an operator's keys, the scene's people.
+// A source of acts: the patient's stop, an operator's keys, the scene's operator.
 class ActSource {
  public:
   virtual ~ActSource() = default;
-  // Once per tick. taken: one that comes before this one is heard in this tick; what can wait waits.
+  // Once per tick. taken: a source of higher priority acts in this tick; acts that can wait then wait.
   virtual Asked next(const TickTime& time, double t_s, const Side& side, bool taken) noexcept = 0;
 };
 
@@ -29,7 +29,7 @@ struct StationTick {
   double t_s;  // time of the run
   const Side& side;
   Asked asked;
-  const StationCounters& totals;  // so far; but for what the loop's schedule counts
+  const StationCounters& totals;  // so far, without the counts of the loop's schedule
 };
 
 class TickWatcher {
@@ -40,7 +40,7 @@ class TickWatcher {
 
 struct StationPorts {
   PeerLink* link = nullptr;
-  std::span<ActSource* const> acts{};  // the first that asks is heard
+  std::span<ActSource* const> acts{};  // the first one with an act has priority
   std::span<TickWatcher* const> watchers{};
 };
 

@@ -1,5 +1,5 @@
-// The patient's stop that is read from a descriptor: a pedal, a GPIO line, a pipe. Whatever comes from it is a press,
-// and so is its end: a broken cable must stop. Called from the loop: never waits, allocates or locks.
+// The patient's stop that is read from a descriptor: a pedal, a GPIO line, a pipe. Any input is a press, and so is the
+// end of the input, because a broken cable must stop. Called from the loop: never waits, allocates or locks.
 #pragma once
 
 #include <termios.h>
@@ -11,19 +11,19 @@ namespace farhand {
 
 class StopInput {
  public:
-  // A path, or fd:N for a descriptor that was passed to us; empty: there is no such input. Throws std::runtime_error
-  // with a sentence when it cannot be opened or has already ended, for then nobody could stop by it.
+  // A path, or fd:N for a descriptor that was passed to the program; empty: there is no such input. Throws
+  // std::runtime_error with a sentence if it cannot be opened or has already ended, because it could then stop nothing.
   explicit StopInput(const std::string& what);
   ~StopInput();
   StopInput(const StopInput&) = delete;
   StopInput& operator=(const StopInput&) = delete;
 
-  // Since the last call something came, or changed; for good once the input is broken.
+  // True if input came, or the value changed, since the last call; true for ever once the input is broken.
   bool pressed() noexcept;
   bool broken() const noexcept { return broken_; }
 
  private:
-  // A pedal, a GPIO line's events, a pipe speak when they are pressed; a file (a GPIO line's value) is looked at.
+  // A pedal, the events of a GPIO line and a pipe send data when pressed; a file (the value of a GPIO line) is polled.
   enum class Kind : std::uint8_t { kNone, kEvents, kFile };
 
   void take_each_byte();
@@ -36,7 +36,7 @@ class StopInput {
   bool line_ = false;  // a terminal line: a serial port
   termios before_{};
   bool broken_ = false;
-  bool first_ = false;  // it was pressed before anybody asked
+  bool first_ = false;  // it was pressed before the first call
   char at_start_ = 0;   // first byte of a file
 };
 

@@ -1,7 +1,7 @@
-// Every signal by which somebody may want the program to end (Ctrl-C, Ctrl-\, SIGTERM, a closed terminal), and those
-// that end one which does not expect them, those of real time too, ask for a safe stop; they never end the process
-// themselves, however often they come. Ignored are SIGPIPE, so that a reader of our output that goes away does not take
-// the session with it, and what stops a job in the background that uses its terminal.
+// Signals that ask for a safe stop: those by which a user ends a program (Ctrl-C, Ctrl-\, SIGTERM, a closed terminal),
+// and all others whose default action ends a program, real-time signals included. They never end the process
+// themselves, however often they come. Two kinds are ignored: SIGPIPE, so that a reader of our output that goes away
+// does not end the session, and the signals that stop a background job which uses its terminal.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace farhand {
 
-// One at a time per process. Restores the previous handlers when it goes.
+// One object at a time per process. The destructor restores the previous handlers.
 class StopSignals {
  public:
   StopSignals();
@@ -19,7 +19,7 @@ class StopSignals {
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  // The first signal that asked for a stop, 0 while none did.
+  // The first signal that asked for a stop; 0 if there was none.
   int signal() const noexcept;
 
  private:

@@ -1,13 +1,14 @@
-// Ctrl-Z asks to come to rest first: a program that is suspended protects nobody. The terminal is given back at once,
-// the loop stops as the operator would stop it, and then the program suspends itself (run_loop.hpp). A shell
-// whose job is a script that was suspended at once may let it go on before that: then it is not suspended at all.
+// Ctrl-Z first brings the station to rest, because a suspended program protects nobody. The terminal is given back at
+// once, the loop stops as with an operator's stop, and then the program suspends itself (run_loop.hpp). If the job of
+// the shell is a script that was suspended at once, the shell may continue the job before that; then the program is not
+// suspended at all.
 #pragma once
 
 #include <csignal>
 
 namespace farhand {
 
-// One at a time per process. Restores the previous handler when it goes. Where SIGTSTP was ignored it stays so.
+// One object at a time per process. The destructor restores the previous handler. If SIGTSTP was ignored it stays so.
 class SuspendSignal {
  public:
   SuspendSignal();
@@ -16,7 +17,8 @@ class SuspendSignal {
   SuspendSignal& operator=(const SuspendSignal&) = delete;
 
   bool asked() const noexcept;
-  // Returns once the program goes on. At once where no shell could let it: the kernel suspends no orphaned job.
+  // Returns when the program is continued, or at once if no shell could continue it: the kernel suspends no orphaned
+  // job.
   void suspend() noexcept;
 
  private:

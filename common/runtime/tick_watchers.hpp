@@ -1,4 +1,4 @@
-// Who looks on while a station ticks: its recording, and whoever reads the status line.
+// The observers of a station's ticks: its recording and the status line.
 #pragma once
 
 #include "common/record/recorder.hpp"
@@ -28,7 +28,7 @@ class StatusWatcher final : public TickWatcher {
   bool leads_;
 };
 
-// Datagrams that came and were not taken, for whatever reason.
+// Datagrams that came and were not accepted, for any reason.
 std::uint64_t dropped(const StationCounters& counters) noexcept;
 
 }  // namespace farhand

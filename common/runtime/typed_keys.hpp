@@ -1,18 +1,18 @@
-// What the keys of a terminal mean, one byte at a time. A missed stop is worse than a false one, and what lets
-// something move needs intent:
+// The meaning of a terminal's keys, one byte at a time. A missed stop is worse than a false one, and an act that starts
+// motion needs intent:
 //
 //   s q space Esc Enter, in either case, and every control key but Backspace and Ctrl-U   stop, at once
 //   h                                                                                     hold, at once
 //   e r o i   on an empty line, after 0.3 s and before 1 s without any key                engage, reset, home, identify
 //   engage reset home identify   and Enter, with 0.3 s of silence before and after        the same
 //
-// Text stays in the line, and no letter counts after it, however slowly it is typed: only Enter and Esc, which stop,
-// and Backspace and Ctrl-U empty the line. A second of silence after a letter, and not 0.3 s, because people who type
-// slowly need up to that for the next one of "emil" or "rudi". Escape sequences (arrows, brackets around a paste,
-// answers of the terminal) begin with Esc and are not text.
+// Text stays in the line, and no letter counts after it, however slowly it is typed. Only Enter and Esc, which stop,
+// and Backspace and Ctrl-U empty the line. The silence after a letter is a second and not 0.3 s, because people who
+// type slowly need up to that for the next letter of "emil" or "rudi". Escape sequences (arrows, brackets around a
+// paste, answers of the terminal) begin with Esc and are not text.
 //
-// Silence is what was looked at and found empty. Time that passed while nobody looked is none, so that a program that
-// stood still does not take the keys of a word for letters alone.
+// Silence is time in which the input was read and found empty. Time in which the program did not read does not count,
+// so that a stalled program does not take the letters of a word for single keys.
 #pragma once
 
 #include <array>
@@ -31,12 +31,12 @@ class TypedKeys {
 
   // The next byte.
   std::optional<OperatorAct> take(char c) noexcept;
-  // Nothing was there at this time. Never kStop.
+  // The input was empty at this time. Never returns kStop.
   std::optional<OperatorAct> quiet(Nanoseconds now) noexcept;
-  // Others have read from the terminal: nothing that came before counts.
+  // Other programs have read from the terminal: earlier input does not count.
   void forget() noexcept;
 
-  // What there is to say since the last call.
+  // The remark since the last call.
   InputRemark take_remark() noexcept;
 
  private:

@@ -1,6 +1,6 @@
-// What comes through a pipe or from a file, one byte at a time: a word in each line (operator_words.hpp), with blanks
-// around it. Every other line stops, an empty one too, because somebody may have meant it so: as soon as it begins with
-// s or q or holds a control character or more letters than any word, else at its end.
+// Input from a pipe or file, one byte at a time: a word in each line (operator_words.hpp), with blanks around it. Every
+// other line stops, an empty one too, because it may have been meant as a stop. It stops as soon as the line begins
+// with s or q, holds a control character or has more letters than any word, else at its end.
 #pragma once
 
 #include <array>

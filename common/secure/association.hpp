@@ -20,13 +20,13 @@ class Association {
  public:
   static constexpr Nanoseconds kAttempt = 10 * kSecond;  // an agreement that takes longer has failed
 
-  // For the dialer: says the first word. For the listener: `dtls` has just verified a cookie.
+  // For the dialer: sends the first message. For the listener: `dtls` has just verified a cookie.
   Association(LinkEnd end, std::unique_ptr<Dtls> dtls, const Greeting& own, const UdpEndpoint& peer, Nanoseconds now);
 
   void receive(std::span<const std::byte> datagram, Nanoseconds now);
   void advance(Nanoseconds now);
 
-  // Nothing is left to say. Until then it goes on answering and repeating, also once agreed.
+  // True if there is nothing left to send. Until then it goes on answering and repeating, also after agreement.
   bool settled(Nanoseconds now) const noexcept;
 
   enum class State : std::uint8_t { kRunning, kAgreed, kRefused, kFailed };
@@ -56,7 +56,7 @@ class Association {
   bool heard_ = false;      // the peer's greeting
   bool was_heard_ = false;  // ours, as the peer says
   std::string why_;
-  std::vector<Bytes> flight_;  // the last one said, until it is known to be heard
+  std::vector<Bytes> flight_;  // the last one sent, until it is known to have arrived
   std::vector<Bytes> outgoing_;
 };
 

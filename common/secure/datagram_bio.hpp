@@ -1,5 +1,5 @@
-// Where OpenSSL reads and writes: datagrams in memory, each whole. OpenSSL's own memory BIO is a stream and would run
-// them together; its datagram BIO owns a socket and a clock.
+// Input and output of OpenSSL: datagrams in memory, kept separate. OpenSSL's own memory BIO is a stream and would join
+// them; its datagram BIO owns a socket and a clock.
 #pragma once
 
 #include <openssl/bio.h>
@@ -26,7 +26,7 @@ class DatagramBio {
   void deliver(std::span<const std::byte> datagram) { to_read_.emplace_back(datagram.begin(), datagram.end()); }
   std::vector<std::vector<std::byte>> take_written() { return std::exchange(written_, {}); }
 
-  // What OpenSSL calls.
+  // Called by OpenSSL.
   int read(char* to, std::size_t room);
   void write(const char* from, std::size_t size);
 

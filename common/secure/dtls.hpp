@@ -1,7 +1,7 @@
-// One DTLS 1.2 connection (RFC 6347) of OpenSSL, over datagrams in memory and without a clock: ECDHE-PSK with
-// ChaCha20-Poly1305 and nothing else, because a suite that is not offered cannot be negotiated down to. It agrees on
-// the keys of SRTP (RFC 5764) and carries a greeting; packets do not travel here, because the replay window of DTLS
-// holds 64 records and drops authentic packets under jitter.
+// One DTLS 1.2 connection (RFC 6347) of OpenSSL, over datagrams in memory and without a clock. It offers only ECDHE-PSK
+// with ChaCha20-Poly1305, because a suite that is not offered cannot be negotiated. It agrees on the keys of SRTP (RFC
+// 5764) and carries a greeting. Packets do not use this connection, because the replay window of DTLS holds 64 records
+// and would drop authentic packets under jitter.
 #pragma once
 
 #include <memory>
@@ -18,10 +18,10 @@ namespace farhand {
 
 using Bytes = std::vector<std::byte>;
 
-// What all connections of one end share: key, suites, secret of the cookies.
+// Data that all connections of one end share: key, suites, secret of the cookies.
 class DtlsContext {
  public:
-  // Throws std::runtime_error when this OpenSSL cannot do what is asked.
+  // Throws std::runtime_error if this OpenSSL lacks a needed function.
   DtlsContext(LinkEnd end, const PairingKey& key);
   ~DtlsContext();
   DtlsContext(const DtlsContext&) = delete;
@@ -41,12 +41,13 @@ class Dtls {
   Dtls(const Dtls&) = delete;
   Dtls& operator=(const Dtls&) = delete;
 
-  // Listener, before a connection belongs to anybody: answers a ClientHello without our cookie by the cookie and keeps
-  // nothing, so that a forged sender costs no memory. True with the cookie: go on with step().
+  // Listener, before a connection belongs to a peer: answers a ClientHello without our cookie with the cookie and keeps
+  // no state, so that a forged sender costs no memory. Returns true for a ClientHello with the cookie: go on with
+  // step().
   bool listen(std::span<const std::byte> datagram, const UdpEndpoint& from);
 
   enum class State { kHandshake, kConnected, kFailed };
-  // Takes one datagram, if any, as far as it leads. Writes of the handshake, answers and alerts come out below.
+  // Processes one datagram, if any. Messages of the handshake, answers and alerts come out below.
   State step(std::span<const std::byte> datagram = {});
   State state() const noexcept { return state_; }
   const std::string& why() const noexcept { return why_; }  // after kFailed

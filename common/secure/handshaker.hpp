@@ -1,6 +1,6 @@
-// Makes secured sessions, off the loop's thread: the dialer calls its peer until it answers, the listener answers
-// whoever calls. Pure: datagrams and time go in, datagrams, sessions and events come out, so that whole handshakes run
-// over a simulated network in virtual time.
+// Makes secured sessions, outside the loop's thread: the dialer calls its peer until it answers, the listener answers
+// every caller. It has no other effects: datagrams and time are inputs; datagrams, sessions and events are outputs.
+// Therefore whole handshakes can run over a simulated network in virtual time.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace farhand {
 
-// From or to whom, by value: it crosses between threads through rings that never allocate.
+// A datagram with its peer, by value: it passes between threads through rings that never allocate.
 struct HandshakeDatagram {
   static constexpr std::size_t kLargest = 512;
   UdpEndpoint peer;
@@ -34,7 +34,7 @@ HandshakeDatagram to_datagram(const UdpEndpoint& peer, std::span<const std::byte
 struct HandshakeEvent {
   enum class Kind : std::uint8_t {
     kAgreed,
-    kRefused,  // authentic, but the two do not fit together: nothing but a person can change that
+    kRefused,  // authentic, but the two do not fit together, which only a person can change
     kFailed,   // no agreement; the dialer tries again
   };
   Kind kind;
@@ -50,7 +50,7 @@ class Handshaker {
 
   virtual void receive(const HandshakeDatagram& datagram, Nanoseconds now) = 0;
   virtual void advance(Nanoseconds now) = 0;
-  // One that take_session() gave is no longer used. The dialer calls again once none is.
+  // Returns a session of take_session() that is no longer used. The dialer calls again once no session is in use.
   virtual void give_back(std::unique_ptr<MediaSession> session, Nanoseconds now) = 0;
 
   bool take_outgoing(HandshakeDatagram& out);

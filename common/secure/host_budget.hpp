@@ -1,9 +1,9 @@
-// How many datagrams of handshakes one host may bring. The queue before the handshake thread is short, and without a
-// budget one host fills it for all. Hosts share a fixed number of buckets by a hash that is drawn anew at each start,
-// so that nobody can aim at the bucket of another.
+// Limits the datagrams of handshakes that one host may send. The queue before the handshake thread is short, and
+// without a budget one host could fill it. Hosts share a fixed number of buckets by a hash that is drawn anew at each
+// start, so that no host can aim at the bucket of another.
 //
-//   A bucket is the time until which it is spent (generic cell rate algorithm): each datagram moves it on by 1/rate,
-//   and it may lie ahead of the clock by at most a burst.
+//   A bucket holds the time until which it is used up (generic cell rate algorithm): each datagram moves this time on
+//   by 1/rate, and it may lie ahead of the clock by at most a burst.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ class HostBudget {
 
   explicit HostBudget(std::uint64_t seed) noexcept : seed_(seed) {}
 
-  // True if this one is within the budget of its host, which it then uses.
+  // Returns true if this datagram is within the budget of its host, and takes it from the budget.
   bool take(const UdpEndpoint& from, Nanoseconds now) noexcept {
     Nanoseconds& spent_until = buckets_[bucket_of(from)];
     if (spent_until < now) spent_until = now;

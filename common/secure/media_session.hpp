@@ -1,9 +1,10 @@
-// Packets sealed as SRTP: one session with one peer, from the keys that a handshake agreed on. A header of RTP (12
-// bytes), the packet encrypted, a tag (16 bytes) that covers both. Nothing here allocates or locks after construction.
+// Packets sealed as SRTP: one session with one peer, with the keys of a handshake. A sealed packet consists of an RTP
+// header (12 bytes), the encrypted packet, and a tag (16 bytes) over both. No function allocates or locks after
+// construction.
 //
 // The replay window holds 4096 packets, because at 1 kHz and 500 ms +-50 % authentic packets come up to 500 late. The
-// upper bits of a packet's index are guessed from the last ones that came; after 2^15 lost packets the guess may be
-// wrong for good, so a session that has been silent for 5 s is never used again (SecureChannel).
+// upper bits of a packet's index are guessed from the last packets; after 2^15 lost packets the guess may be wrong for
+// ever. Therefore a session that has been silent for 5 s is never used again (SecureChannel).
 #pragma once
 
 #include <array>
@@ -16,7 +17,7 @@
 
 namespace farhand {
 
-// Who calls and who is called: the patient's box dials out.
+// The two ends of a link: the patient's box dials out.
 enum class LinkEnd : std::uint8_t { kDialer, kListener };
 
 // Keys and salts of both directions in the order in which the exporter of RFC 5764 gives them.

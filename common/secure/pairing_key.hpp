@@ -1,5 +1,6 @@
 // The secret that a therapist's station and a patient's box share: 256 random bits in a file that only its owner can
-// read. Whoever has it can move the patient's hand, so a file that others can read is refused rather than warned about.
+// read. Whoever has it can move the patient's hand; therefore a file that others can read is refused, not only warned
+// about.
 #pragma once
 
 #include <array>
@@ -25,9 +26,9 @@ class PairingKey {
   ~PairingKey();  // leaves nothing in memory
 
   const Bytes& bytes() const noexcept { return bytes_; }
-  // Which key is meant, said in clear by the side that dials. Derived from the key by a one-way function.
+  // Name of the key, which the dialing side sends in the clear. Derived from the key by a one-way function.
   std::string identity() const;
-  // What two people read to each other after bringing the key over: 64 derived bits as four words one can say.
+  // Check phrase that two people compare after carrying the key over: 64 derived bits as four pronounceable words.
   std::string check_phrase() const;
 
   bool operator==(const PairingKey&) const = default;
@@ -36,7 +37,7 @@ class PairingKey {
   Bytes bytes_;
 };
 
-// Of whoever runs the program: in $XDG_CONFIG_HOME or ~/.config. Empty if there is neither.
+// Key file of the user of the program: in $XDG_CONFIG_HOME or ~/.config. Empty if neither exists.
 std::filesystem::path default_key_file();
 
 // Throws std::runtime_error with a sentence and a remedy: not there, readable by others, another owner's, not a key.
@@ -44,7 +45,7 @@ PairingKey load_key(const std::filesystem::path& file);
 // Mode 0600, complete or not at all; makes missing directories (0700). Throws std::runtime_error.
 enum class ExistingKey { kRefuse, kReplace };
 void store_key(const std::filesystem::path& file, const PairingKey& key, ExistingKey existing);
-// Overwrites and removes it. Only what is a key file is removed; else it throws like load_key.
+// Overwrites and removes the file. Only a key file is removed; else it throws like load_key.
 void revoke_key(const std::filesystem::path& file);
 
 // SHA-256 as 64 hexadecimal digits, to compare texts without showing them.

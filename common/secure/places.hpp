@@ -1,10 +1,10 @@
-// Who has to go when every place of a handshake is taken? Strangers fill the places too, so they are shared between
-// hosts like this:
+// Decides which caller loses its place when all places for handshakes are taken. Strangers can fill places too;
+// therefore places are shared between hosts:
 //
-//   Between hosts: a host with fewer places gets one of the host with the most, at once. So a host keeps another out
-//   only with as many addresses as there are places. Within a host, and between hosts with as many: the newest gets the
-//   place of the oldest, if that has had it for 2 s: a round trip of 1 s, and what was said again. A hello that is
-//   renewed keeps the age of the first. Whoever has shown that it knows the key keeps its place.
+//   Between hosts: a host with fewer places gets one at once from the host with the most. A host can therefore keep
+//   another out only with as many addresses as there are places. Within a host, and between hosts with equally many:
+//   the newest caller gets the place of the oldest, if that has had it for 2 s (a round trip of 1 s and a repetition).
+//   A renewed hello keeps the age of the first. A caller that has proved that it knows the key keeps its place.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ struct PlaceTaken {
   bool authentic = false;  // has shown that it knows the key
 };
 
-// The index of the one that makes room for `newcomer`; nothing if none does.
+// Index of the caller that makes room for `newcomer`; empty if none does.
 std::optional<std::size_t> who_makes_room(std::span<const PlaceTaken> taken, const UdpHost& newcomer,
                                           Nanoseconds now) noexcept;
 

@@ -1,10 +1,10 @@
-// The loop's part of the secured link: tells handshake from packet, opens and seals with the session in force, and
-// decides which session that is. Nothing here allocates, locks or waits; sessions come from the handshake thread and go
-// back there to be destroyed.
+// The loop's part of the secured link: distinguishes handshakes from packets, opens and seals with the session in
+// force, and decides which session that is. No function allocates, locks or waits; sessions come from the handshake
+// thread and are destroyed there.
 //
-//   Listener: a new session only waits, beside the one in force, until its first authentic packet comes: so a restarted
-//   box, or one behind a new address, takes over, and whoever only shakes hands does not. Dialer: a new session is in
-//   force at once, because its first packet is what the listener waits for.
+//   Listener: a new session waits beside the one in force until its first authentic packet comes. Therefore a restarted
+//   box, or one behind a new address, takes over, but a caller that only completes a handshake does not. Dialer: a new
+//   session is in force at once, because the listener waits for its first packet.
 //
 // A session is bound to the address of its handshake. It is over after 5 s without an authentic packet.
 #pragma once
@@ -35,7 +35,7 @@ class SecureChannel {
 
   explicit SecureChannel(LinkEnd end) noexcept : end_(end) {}
 
-  // A handshake has ended well. Returns the session that this one displaces, if any.
+  // Takes the session of a successful handshake. Returns the session that this one displaces, if any.
   std::unique_ptr<MediaSession> offer(std::unique_ptr<MediaSession> session, Nanoseconds now) noexcept;
 
   enum class Incoming : std::uint8_t { kPacket, kHandshake, kRejected };
@@ -48,7 +48,7 @@ class SecureChannel {
   bool in_force() const noexcept { return active_.session != nullptr; }
   const UdpEndpoint& peer() const noexcept { return active_.session->peer(); }  // only while in force
 
-  // One session that is over, if any: call until none is left, once per tick and before offer().
+  // Returns one ended session, if any. Call it once per tick, before offer(), until none is left.
   std::unique_ptr<MediaSession> retire(Nanoseconds now) noexcept;
 
   const ChannelCounters& counters() const noexcept { return counters_; }

@@ -1,12 +1,12 @@
-// AES-128-GCM for libsrtp through OpenSSL. Debian builds libsrtp on NSS, which takes the heap and mutexes for every
-// packet; libsrtp lets a program bring the cipher, so framing, packet index and replay window stay libsrtp's and the
-// loop stays free of both.
+// AES-128-GCM of OpenSSL for libsrtp. Debian builds libsrtp with NSS, which uses the heap and mutexes for every packet.
+// libsrtp lets a program supply the cipher: framing, packet index and replay window stay libsrtp's, and the loop uses
+// neither heap nor mutex.
 #pragma once
 
 namespace farhand {
 
-// Starts libsrtp and puts the cipher in place, once per process and from any thread. Throws std::runtime_error when the
-// cipher does not pass libsrtp's test vectors.
+// Starts libsrtp and installs the cipher, once per process and from any thread. Throws std::runtime_error if the cipher
+// fails libsrtp's test vectors.
 void start_srtp();
 
 }  // namespace farhand

@@ -1,4 +1,5 @@
-// Fewer points, same picture: long curves cut down to what a pixel can show, without losing a peak or closing a gap.
+// Fewer points, same picture: long curves are reduced to the resolution of a pixel, without losing a peak or closing a
+// gap.
 #pragma once
 
 #include <vector>

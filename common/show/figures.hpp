@@ -1,4 +1,4 @@
-// The pictures of a report, in the order of the data's way. All pictures over time share one x axis, the windows and
+// The pictures of a report, in the order in which data travel. All pictures over time share one x axis, the windows and
 // the events.
 #pragma once
 
@@ -29,7 +29,7 @@ class Figures {
   // Laws.
   std::string compensation() const;  // empty if the CDOB never compensated
   std::string alpha() const;         // empty if it was 1 throughout
-  std::string law_signals() const;   // what the architecture shows beside, a picture each; empty if it is nothing
+  std::string law_signals() const;   // further signals of the architecture, a picture each; empty if there are none
   std::string tracking_error() const;
   std::string estimated_torques() const;  // empty if truth is not known: then torques() already shows the estimates
   std::string force_error() const;

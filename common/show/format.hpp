@@ -1,5 +1,5 @@
-// Scales and quantities as a reader sees them, whatever the locale of the process; and text that cannot break the page
-// it is put into.
+// Scales and quantities as text for readers, independent of the locale of the process; and text that cannot break the
+// page into which it is put.
 #pragma once
 
 #include <string>

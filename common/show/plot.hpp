@@ -1,6 +1,5 @@
 // Pictures for reports: one SVG element each, without script or outside resource. Curves differ in colour, brightness
-// and dash, so that they can be told apart in grey and by colour-blind readers. Nothing that is not finite reaches the
-// SVG.
+// and dash, so that they can be distinguished in grey and by colour-blind readers. Only finite numbers reach the SVG.
 #pragma once
 
 #include <limits>
@@ -21,7 +20,7 @@ struct PlotAxis {
   bool log = false;  // values that are not positive are gaps
 };
 
-// What several pictures over the same x axis share.
+// Windows and events that several pictures over the same x axis share.
 struct Landmarks {
   struct Window {
     double from, until;

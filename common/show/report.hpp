@@ -10,9 +10,9 @@ namespace farhand {
 
 std::string report_html(const Session& session, const scene::Scene& scene, const Metrics& metrics);
 
-// The page around any report: its head, its looks. title is text, body is HTML.
+// The page of any report: its head and its style. title is text, body is HTML.
 std::string html_page(const std::string& title, const std::string& body);
-// What the program was built with, in words.
+// Versions of the libraries with which the program was built, as text.
 std::string library_versions();
 
 }  // namespace farhand

@@ -1,4 +1,4 @@
-// A cut-off frequency that knows its unit. Public low-pass filters give a bare number five meanings.
+// A cut-off frequency that knows its unit. In public low-pass filters a bare number has five different meanings.
 #pragma once
 
 #include <numbers>

@@ -9,7 +9,7 @@ namespace farhand {
 template <class T, std::size_t Capacity>
 class DelayLine {
  public:
-  // samples < Capacity; larger values are cut to Capacity - 1. Until `samples` values went in, `initial` comes out.
+  // samples < Capacity; larger values are cut to Capacity - 1. The first `samples` outputs are `initial`.
   explicit DelayLine(std::size_t samples, const T& initial = T{})
       : samples_(samples < Capacity ? samples : Capacity - 1) {
     reset(initial);

@@ -1,7 +1,7 @@
 // Band-limited derivative of an encoder position: v = LPF_g[(x - x_previous) / dt].
 //
-// Kept in the telescoped form v = (y - y_previous) / dt with y = LPF_g[x]: the same numbers with one state, and a start
-// that needs no "first sample" case.
+// It is computed in the telescoped form v = (y - y_previous) / dt with y = LPF_g[x]. This gives the same numbers with
+// one state, and the first sample is no special case.
 #pragma once
 
 #include <cmath>
@@ -26,8 +26,8 @@ class Derivative {
     y_ = x;
     v_.setZero();
   }
-  // Instead of a step when ticks were missed: as so many steps on the straight line from the last position to x, so
-  // that the gap is not differentiated into a spike, and the mean over it counts for as much as the time it took.
+  // Called instead of step() after missed ticks. It acts as that many steps on the straight line from the last position
+  // to x: the gap does not become a spike, and the mean velocity over it is weighted with its duration.
   const Joints<N>& across(const Joints<N>& x, int ticks) noexcept {
     const Joints<N> mean = (x - last()) / (dt_s_ * ticks);
     v_ = mean + std::pow(1.0 - a_, ticks) * (v_ - mean);

@@ -23,7 +23,7 @@ enum LimitBit : std::uint32_t {
 };
 inline constexpr std::uint32_t kLimits = (1u << 12) - 1;
 
-// A limit that is near, from 0.9 of it on, is the same bit in the upper half.
+// The warning that a limit is near (from 0.9 of it on) is the same bit in the upper half.
 inline constexpr int kWarningShift = 16;
 inline constexpr double kWarningShare = 0.9;
 inline constexpr std::uint32_t kAllLimits = kLimits | kLimits << kWarningShift;  // the codec rejects any other bit

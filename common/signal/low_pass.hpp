@@ -1,8 +1,8 @@
 // First-order low-pass, backward Euler:  y += a (u - y),  a = g dt / (1 + g dt).
 //
-// Backward Euler and not the "exact" pole exp(-g dt): its lag on a ramp is exactly 1/g, which is what lets the inertia
-// term of the observers cancel (test Dob.SteadyAccelerationIsUnbiased). It is stable for every g dt; forward Euler is
-// not from g dt = 2 and oscillates from 1.
+// Backward Euler and not the "exact" pole exp(-g dt): its lag on a ramp is exactly 1/g, and therefore the inertia terms
+// of the observers cancel (test Dob.SteadyAccelerationIsUnbiased). It is stable for every g dt; forward Euler
+// oscillates from g dt = 1 and is unstable from 2.
 #pragma once
 
 #include "common/signal/cutoff.hpp"

@@ -1,13 +1,13 @@
-// What one side tells the other about its axis: where it is, how fast it moves, how hard the world pushes back.
+// The motion that one side sends of its axis: position, velocity, and the reaction torque of the person or environment.
 #pragma once
 
 #include "common/signal/joints.hpp"
 
 namespace farhand {
 
-// Sign convention of the whole project: J a = tau - f. A reaction f that resists positive motion is positive, so the
-// therapist pushing in + shows as f_m < 0, the slave pressing in + on the hand as f_s > 0, and the ideal is
-// f_m + f_s = 0.
+// Sign convention of the whole project: J a = tau - f. A reaction f that resists positive motion is positive. Therefore
+// a therapist who pushes in the positive direction gives f_m < 0, a slave that presses the hand in the positive
+// direction gives f_s > 0, and ideally f_m + f_s = 0.
 template <int N>
 struct Motion {
   Joints<N> x = Joints<N>::Zero();  // position, rad

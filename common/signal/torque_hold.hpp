@@ -1,5 +1,6 @@
-// What a drive does by itself where commands cease: it holds the last torque, then lets it fall to zero. A program that
-// stands still decays nothing, so this is the drive's own contract; the station knows it and counts on it.
+// The behaviour of a drive after its commands cease: it holds the last torque, then lets it fall to zero. A program
+// that has stopped cannot reduce a torque; therefore this is a contract of the drive itself, and the station relies on
+// it.
 #pragma once
 
 #include <algorithm>
@@ -8,10 +9,10 @@
 namespace farhand {
 
 struct TorqueHold {
-  double hold_s = 0.0;  // after a command, before the fall
-  double fall_s = 0.0;  // from all of it to nothing, straight
+  double hold_s = 0.0;  // time after a command before the torque falls
+  double fall_s = 0.0;  // duration of the linear fall to zero
 
-  // Of the commanded torque, so long after the command.
+  // Share of the commanded torque that is left since_s after the command.
   double share(double since_s) const noexcept {
     if (since_s <= hold_s) return 1.0;
     return since_s < over_s() ? 1.0 - (since_s - hold_s) / fall_s : 0.0;

@@ -1,14 +1,14 @@
-// How much of the peer's motion is followed after a gap in time: ticks that this host missed, a clock that jumped, or
-// ticks that the peer's host missed. (What the network loses is none: the peer's drive was commanded all the while.)
-// Meanwhile one of the drives has let go by itself, the person in it has moved,
-// and what is shown of the peer leaps. The share of the motion to follow falls with the length of the gap, at once, and
-// comes back slowly: as after an engagement, whoever has been let go of is taken again gently. A single late tick costs
-// nothing, nor does a packet that is late.
+// The share of the peer's motion that is followed after a gap in time. A gap is: ticks that this host missed, a clock
+// that jumped, or ticks that the peer's host missed. (A packet that the network lost is no gap: the peer's drive was
+// commanded all the while.) During a gap one of the drives has let go by itself, the person in it has moved, and the
+// motion shown of the peer leaps. The share falls at once, with the length of the gap, and rises slowly: as after an
+// engagement, a person whose drive has let go is led again gently. A single late tick or packet does not lower the
+// share.
 //
-// Fitted on stops of 1 to 90 ms of either program (tests/gaps_test.cpp): with a return within 0.2 s a hand of 2 N m/rad
-// is shaken by stops of 60 ms, with 0.5 s the limits of power still act.
+// The constants are fitted on stops of 1 to 90 ms of either program (tests/gaps_test.cpp): if the share rises within
+// 0.2 s a hand of 2 N m/rad is shaken by stops of 60 ms; if it rises within 0.5 s the limits of power still act.
 //
-// What is learnt of the peer waits for longer: its observers, too, start anew.
+// Learning from the peer's motion waits longer, because the peer's observers also start anew after a gap.
 #pragma once
 
 #include <algorithm>
@@ -20,10 +20,10 @@ class AfterGap {
  public:
   explicit AfterGap(double dt_s) noexcept : dt_s_(dt_s) {}
 
-  // Once per tick. silent: nothing newer of the peer can be shown than in the tick before; gap: periods since then;
-  // told_s: by which the peer missed its own ticks, as its packets since then say; engaged: else nothing of the peer is
-  // followed that could leap, and the share only comes back; acted: of the torque commanded last, what the drive
-  // gave since then, on an average.
+  // Once per tick. silent: no newer motion of the peer can be shown than in the tick before. gap: periods since then.
+  // told_s: time by which the peer missed its own ticks, computed from its packets since then. engaged: if false, no
+  // motion of the peer is followed that could leap, and the share only rises. acted: mean share of the last commanded
+  // torque that the drive has given since then.
   void step(bool silent, int gap, double told_s = 0.0, bool engaged = true, double acted = 1.0) noexcept {
     const double time = dt_s_ * gap, missed = time - dt_s_;
     waited_s_ += time;
@@ -41,13 +41,14 @@ class AfterGap {
   }
 
   double share() const noexcept { return share_; }
-  // Of the last 60 ms, how much the drive acted; and the peer's, as far as its missed ticks tell.
+  // Mean share of its command that the drive gave in the last 60 ms; the same for the peer's drive, from its missed
+  // ticks.
   double acting() const noexcept { return acting_; }
   double peers_acting() const noexcept { return peers_acting_; }
-  // s, since something newer of the peer was shown.
+  // Time since a newer motion of the peer was shown, s.
   double silent_s() const noexcept { return waited_s_; }
-  // Long enough ago for where the peer is to be learnt, what it touches, and its friction, which noise looks like.
-  // Nothing is learnt while nothing comes, for whatever reason.
+  // The last gap is long enough ago to learn where the peer's contact begins (rested), its stiffness (settled), and its
+  // friction, which looks like noise (calm). Nothing is learnt while no packet comes, for whatever reason.
   bool rested() const noexcept { return !waits_ && quiet_s_ > kRested; }
   bool settled() const noexcept { return !waits_ && quiet_s_ > kSettled; }
   bool calm() const noexcept { return !waits_ && quiet_s_ > kCalm; }
@@ -59,10 +60,10 @@ class AfterGap {
     return (before + (1.0 - before) * (dt_s_ / kMemory)) * std::exp(-lost_s / kMemory);
   }
 
-  static constexpr double kOwn = 1.5e-3, kPeers = 2.5e-3;  // s, that cost nothing
-  static constexpr double kFade = 0.05;                    // s, of a gap beyond that, of which nothing is left
-  static constexpr double kReturn = 1.0;                   // s, from nothing to all of it
-  static constexpr double kMemory = 0.06;                  // s, of how much a drive acted
+  static constexpr double kOwn = 1.5e-3, kPeers = 2.5e-3;  // s, longest gap that does not lower the share
+  static constexpr double kFade = 0.05;                    // s, length of a gap beyond that after which the share is 0
+  static constexpr double kReturn = 1.0;                   // s, in which the share rises from 0 to 1
+  static constexpr double kMemory = 0.06;                  // s, time constant of the share that a drive acted
   static constexpr double kRested = 0.02, kSettled = 0.1, kCalm = 0.5;  // s
   double dt_s_;
   double share_ = 1.0, acting_ = 1.0, peers_acting_ = 1.0, waited_s_ = 0.0, told_s_ = 0.0, quiet_s_ = kCalm + 1.0;

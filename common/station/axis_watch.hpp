@@ -1,5 +1,5 @@
-// What each side watches of its own axis, whoever is in it: readings that cannot be, and shaking. Both are faults or
-// lower what the peer's wishes count for; no packet enters.
+// Supervision of the own axis, on both sides: implausible readings, and shaking. The results are faults and a lower
+// gain of the peer's commands. No content of a packet is an input.
 #pragma once
 
 #include <array>
@@ -14,27 +14,27 @@ namespace farhand {
 template <int N>
 struct GuardInputs {
   Motion<N> local;                       // as estimated in this tick
-  Motion<N> reference;                   // what the drive was last given to follow
-  Joints<N> torque;                      // that it last applied, or asked its device for
-  bool gives_torque = true;              // the former
+  Motion<N> reference;                   // motion that the drive followed last
+  Joints<N> torque;                      // torque that it last applied, or asked its device for
+  bool gives_torque = true;              // the drive applies `torque` itself
   DeviceReadings device;                 // slow readings, where the device has them
   bool driven = false, engaged = false;  // since the last tick
   bool valid = true;                     // the device was read; else local is of an earlier tick
-  int periods = 1;                       // of the device, since the reading before; 0: that one again
-  bool continues = true;                 // its angle is known, and counts from where that of the last tick did
+  int periods = 1;                       // of the device, since the reading before; 0: the same reading again
+  bool continues = true;                 // its angle is known, with the same zero as in the last tick
   int ticks = 1;                         // periods since the last
 };
 
 struct GuardVerdict {
-  std::optional<Reason> fault;             // latches as any fault does
-  bool hold = false;                       // as the operator's
-  bool shaken = false;                     // to be held for that, and not to be taken
+  std::optional<Reason> fault;             // latched like any fault
+  bool hold = false;                       // asks for Holding
+  bool shaken = false;                     // asks for Holding because of shaking, and forbids engaging
   double shaking = 0.0;                    // RMS of the velocity in the band of shaking, rad/s
   double gain = 1.0;                       // 0..1
   std::uint32_t limits = 0, warnings = 0;  // LimitBit, both
 };
 
-// The motion to follow under gain g.
+// The motion to follow when the peer's commands have the gain g.
 template <int N>
 Motion<N> yielding(const Motion<N>& local, const Motion<N>& target, double g) noexcept {
   if (g >= 1.0) return target;
@@ -46,7 +46,7 @@ class AxisWatch {
  public:
   explicit AxisWatch(const GuardParams& params) noexcept;
 
-  // Adds to the verdict what it finds, and takes from its gain.
+  // Adds its findings to the verdict and lowers the gain.
   void step(const GuardInputs<N>& in, GuardVerdict& verdict) noexcept;
 
  private:

@@ -1,8 +1,8 @@
-// Nothing jumps: whenever the motion to follow comes from somewhere else, the difference at that instant is carried
-// along and faded out.
+// The motion to follow never jumps: when its source changes, the difference at that instant is added to the new motion
+// and faded out.
 //
-// Position follows a smoothstep whose mean speed is bounded, and its slope is added to the velocity, so that C_p sees
-// one consistent motion. The same mechanism aligns the therapist's device, engages, holds and releases.
+// The fade of the position is a smoothstep with bounded mean speed. Its slope is added to the velocity, so that C_p
+// sees one consistent motion. The same mechanism aligns the therapist's device, engages, holds and releases.
 #pragma once
 
 #include <algorithm>
@@ -17,13 +17,12 @@ class Blend {
   // blend_s > 0: shortest fade; speed > 0, rad/s: bound on the mean speed of the position part.
   Blend(double blend_s, double speed) : blend_s_(blend_s), speed_(speed) {}
 
-  // From now on the source is another one; `last` is the motion that was followed, `source` the first one of the new
-  // source.
+  // Changes the source. `last` is the motion that was followed, `source` the first motion of the new source.
   void begin(const Motion<N>& last, const Motion<N>& source) noexcept {
     begin(last, source, std::max(blend_s_, (last.x - source.x).abs().maxCoeff() / speed_));
   }
-  // The new source is where the axis is, and leads it nowhere: what is left of the old one, and the torque by which it
-  // pressed, is gone within kRest, however far away it was.
+  // Changes to a source that rests where the axis is. The difference to the old motion, and with it the torque that
+  // pressed, fades out within kRest, however large it was.
   void begin_rest(const Motion<N>& last, const Motion<N>& source) noexcept {
     begin(last, source, std::min(blend_s_, kRest));
   }

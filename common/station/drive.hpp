@@ -1,5 +1,5 @@
-// The two kinds of axis a station can stand on. A drive turns readings into the local motion, and the motion to follow
-// into a command. What the direct one does stands in drive_law.hpp and is compiled once, in drive.cpp.
+// The drives of the two kinds of axis. A drive turns readings into the local motion, and the motion to follow into a
+// command. The code of the direct drive is in drive_law.hpp and is compiled once, in drive.cpp.
 #pragma once
 
 #include <utility>
@@ -20,7 +20,7 @@ struct Wanted {
   bool as_torque = false;  // it is wanted for its torque: Wish
 };
 
-// Ticks across which observers go on; after a longer gap they start from the reading, at rest.
+// Longest gap, in ticks, that the observers bridge; after a longer gap they start from the reading, at rest.
 inline constexpr int kLongestGap = 100;
 
 // A motor that takes a torque: observers and law run here (Daud 2011, B.1-B.10, 5.8-5.13).
@@ -47,17 +47,17 @@ class DirectDrive {
         rise_(p.dt_s / p.take_over_s),
         fall_(p.dt_s / kLetGo) {}
 
-  // At rest at x with nothing but the known load acting.
+  // Starts the observers at the reading, at rest, with no torque acting but the known load.
   void reset(const Sensed& sensed) noexcept;
 
-  // ticks: periods since the last call; more than one means that some were missed, and that the drive did meanwhile
-  // what its contract says.
+  // ticks: periods since the last call. More than one means that ticks were missed, and that the drive meanwhile gave
+  // the torque of its contract (TorqueHold).
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept;
 
   // After observe() of the same tick.
   Command follow(const Motion<N>& local, const Motion<N>& target, Wanted wanted, int ticks) noexcept;
 
-  // Nothing, at once: what a fault leaves.
+  // Zero torque, at once: the command in a fault.
   Command safe() noexcept;
 
   bool at_rest(const Sensed& /*sensed*/) const noexcept { return (gate_.applied() == 0.0).all(); }
@@ -67,18 +67,18 @@ class DirectDrive {
   }
 
   const Joints<N>& torque() const noexcept { return gate_.applied(); }  // applied
-  // What acted on the axis since the last tick, on an average, without what carries its weight.
+  // Mean torque on the axis since the last tick, without the compensation of its weight.
   Joints<N> acting(const Motion<N>& /*local*/) const noexcept { return acted_ - rtob_.gravity_load(); }
-  double acted_share() const noexcept { return acted_share_; }  // of the torque commanded last
+  double acted_share() const noexcept { return acted_share_; }  // mean share of the last command that the drive gave
   std::uint32_t active_limits() const noexcept { return gate_.active() | limits_; }
-  // By which the person in the device is spared (common/station/person_bound.hpp).
+  // Limits that act to protect the person in the device (common/station/person_bound.hpp).
   std::uint32_t spared() const noexcept { return limits_; }
 
  private:
-  // The reading after so many that were not believed, and so many ticks that were missed.
+  // The local motion from a reading that follows `unseen` readings that were taken for stuck, or missed ticks.
   Motion<N> across(const Joints<N>& x, int unseen, int ticks) noexcept;
   Motion<N> estimate(const Joints<N>& x, const Joints<N>& tau) noexcept;
-  // What the drive may be asked for while its reading stands.
+  // Bounds the torque to ask for while the reading stands.
   Joints<N> doubted(Joints<N> wish) const noexcept;
 
   AxisModel model_;
@@ -99,7 +99,7 @@ class DirectDrive {
   int unseen_ = 0;    // ticks for which the reading was stuck
   PersonBound<N> bound_;
   TorqueGate<N> gate_;
-  std::uint32_t limits_ = 0;             // of the bound, where it counts
+  std::uint32_t limits_ = 0;             // limits of the person bound that act
   static constexpr double kLetGo = 0.2;  // s
   double rise_, fall_;
   double authority_ = 0.0;
@@ -107,9 +107,9 @@ class DirectDrive {
   double acted_share_ = 1.0;
 };
 
-// An axis behind its own controller (the orthosis MCU), which measures the reaction, closes position and force loops at
-// its own rate and takes the motion to follow as references. Closing those loops across the serial line costs 40 mrad
-// or stability.
+// An axis behind its own controller (the orthosis MCU). The controller measures the reaction, closes position and force
+// loops at its own rate and takes the motion to follow as references. Loops closed across the serial line would have 40
+// mrad of error or be unstable.
 template <int N>
 class ReferenceDrive {
  public:
@@ -133,7 +133,7 @@ class ReferenceDrive {
     return {sensed.x, ticks > 1 ? derivative_.across(sensed.x, ticks) : derivative_.step(sensed.x), sensed.f};
   }
 
-  // As a torque, what the target still is away from here (it fades in) is the spring by which the device would follow.
+  // In torque mode the distance to the target, which fades in, counts with the spring by which the device would follow.
   Command follow(const Motion<N>& local, const Motion<N>& target, Wanted wanted, int ticks) noexcept {
     if (!wanted.driven) {
       gate_.reset(local.x);
@@ -155,10 +155,10 @@ class ReferenceDrive {
   const Joints<N>& torque() const noexcept { return gate_.applied().f; }  // asked of the device
   Joints<N> acting(const Motion<N>& local) const noexcept {
     return local.f;
-  }                                                    // its spring, as far as the hand feels it
-  double acted_share() const noexcept { return 1.0; }  // the MCU holds what it was asked for
+  }                                                    // torque of its spring, reduced to the hand
+  double acted_share() const noexcept { return 1.0; }  // the MCU holds the torque that was asked for
   std::uint32_t active_limits() const noexcept { return gate_.active(); }
-  // By which the device spares the person in it.
+  // The limit by which the device protects the person in it.
   std::uint32_t spared() const noexcept { return bounded_ ? kLimitDevice : 0u; }
 
  private:

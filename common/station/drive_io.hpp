@@ -1,4 +1,4 @@
-// What goes in and out of the two kinds of axis a station can stand on, apart from the laws between.
+// Inputs and outputs of the two kinds of axis on which a station can work.
 #pragma once
 
 #include <cstdint>
@@ -8,25 +8,25 @@
 
 namespace farhand {
 
-// What a device finds wrong with its own sensors.
+// A fault that a device finds in its own sensors.
 enum class DeviceFault : std::uint8_t {
   kNone,
-  kEncoder,  // an encoder shows what no axis does
-  kSpring    // its spring's torque is not what the encoders on both ends of the spring say
+  kEncoder,  // an encoder shows a motion that no axis can make
+  kSpring    // its spring's torque contradicts the encoders on both ends of the spring
 };
 
-// What the line to a device needs for a command there and its echo back.
+// Judgement of the time that the line to a device needs for a command and its echo.
 enum class LineQuality : std::uint8_t {
   kGood,
-  kUnknown,  // not yet measured, or the device does not tell
-  kSlow,     // by itself, from the start
-  kLags      // and did not at first
+  kUnknown,  // not yet measured, or the device sends no numbers
+  kSlow,     // too slow from the start
+  kLags      // became too slow later
 };
 
-// What a device tells besides, slowly, where it can.
+// Further values that some devices send at a low rate.
 struct DeviceReadings {
   DeviceFault fault = DeviceFault::kNone;
-  bool bounded = false;                       // it spares the person in it, by less than was asked for
+  bool bounded = false;                       // it gives less than was asked for, to protect the person in it
   std::optional<double> motor_current;        // A
   std::optional<double> surface_temperature;  // deg C, of the motor
 };
@@ -47,7 +47,7 @@ struct DirectIo {
   };
 };
 
-// An axis behind its own controller, which takes the motion to follow, or a torque.
+// An axis behind its own controller, which takes references of a motion, or a torque.
 template <int N>
 struct ReferenceIo {
   static constexpr int kJoints = N;
@@ -62,9 +62,9 @@ struct ReferenceIo {
     bool finite() const noexcept { return x.allFinite() && f.allFinite(); }
   };
   struct Command {
-    bool track = false;         // false: the device is to let go
-    bool gives_torque = false;  // to give the torque -f, and to damp what leaves v, instead of following the motion
-    bool stop = false;          // to let go at once, instead of gently
+    bool track = false;         // false: the device shall let go
+    bool gives_torque = false;  // torque mode: torque -reference.f, damping K_d (reference.v - v); x is ignored
+    bool stop = false;          // let go at once, not gently
     Motion<N> reference;
   };
 };

@@ -1,4 +1,4 @@
-// What a direct drive does: included where it is compiled, and by what wants it for another number of joints.
+// The code of the direct drive. It is included where it is compiled, and by code for another number of joints.
 #pragma once
 
 #include "common/law/acceleration_law.hpp"
@@ -48,9 +48,9 @@ Motion<N> DirectDrive<N>::estimate(const Joints<N>& x, const Joints<N>& tau) noe
   return local;
 }
 
-// Tick by tick on the straight line between the two readings, under the torque that the drive gave meanwhile: what the
-// observers would have said had the axis moved evenly. The velocity is that of the whole gap, which is less noisy than
-// one of a tick, and no step of it is taken for a torque.
+// Runs the observers tick by tick on the straight line between the two readings, with the torque that the drive gave
+// meanwhile: the result is that of an axis that moved evenly. The velocity is that of the whole gap. It is less noisy
+// than that of one tick, and the observers do not take a step of it for a torque.
 template <int N>
 Motion<N> DirectDrive<N>::across(const Joints<N>& x, int unseen, int ticks) noexcept {
   const int all = unseen + ticks;
@@ -65,7 +65,7 @@ Motion<N> DirectDrive<N>::across(const Joints<N>& x, int unseen, int ticks) noex
   Motion<N> local;
   acted_share_ = 0.0;
   for (int k = 1; k <= all; ++k) {
-    const bool missed = ticks > 1 && k > unseen;  // nothing was commanded in it
+    const bool missed = ticks > 1 && k > unseen;  // no command was given in this tick
     const double share = missed ? power_stage_.share((k - unseen - 0.5) * dt_s_) : 1.0;
     if (k > unseen) acted_share_ += share / ticks;
     local = estimate(k < all ? Joints<N>(from + (x - from) * (k / static_cast<double>(all))) : x, given * share);
@@ -75,8 +75,9 @@ Motion<N> DirectDrive<N>::across(const Joints<N>& x, int unseen, int ticks) noex
   return local;
 }
 
-// Slow as the axis is, a reading that stands tells nothing for some ticks. If the axis did stop, what pushes it on may
-// come a few ms later; if it did not, what made up for the stop would drive it over the limit that it is near.
+// While the axis is slow, it takes some ticks to tell a frozen encoder from a stop. If the axis did stop, torque that
+// pushes it on may come a few ms later without harm. If it did not, torque that compensates the apparent stop would
+// drive it over the limit that it is near.
 template <int N>
 Joints<N> DirectDrive<N>::doubted(Joints<N> wish) const noexcept {
   const Joints<N> moved = stuck_.moved();
@@ -96,7 +97,7 @@ auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, Wan
   const std::uint32_t limits_before = std::exchange(limits_, wanted.driven ? bound_.active() : 0u);
   const Joints<N> free = model_.J_n * a_ref + dob_.value();
   const Joints<N> wish = (limits_before | (stuck_.stood() > 1 ? limits_ : 0u)) != 0 ? doubted(free) : free;
-  // An axis without weight pays nothing for it: 0 + a (wish - 0) would be the same number, later.
+  // Shortcut for an axis without weight: 0 + a (wish - 0) is the same number, but takes longer to compute.
   if (model_.gravity == 0.0) return {gate_.pass(authority_ * wish, local.x)};
   const Joints<N>& idle = rtob_.gravity_load();
   return {gate_.pass(idle + authority_ * (wish - idle), local.x)};

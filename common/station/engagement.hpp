@@ -1,5 +1,5 @@
-// When may the two sides move each other? One machine on both sides; the table of its transitions, in engagement.cpp,
-// is the whole of it: the first row that applies is taken, and what no row allows does not happen.
+// Decides when the two sides may move each other. Both sides run the same state machine. It consists of the table of
+// transitions in engagement.cpp: the first row that applies is taken, and there is no transition without a row.
 #pragma once
 
 #include <optional>
@@ -12,11 +12,11 @@ namespace farhand {
 
 struct EngagementParams {
   Nanoseconds timeout = 5 * kSecond;          // gives up aligning, or waiting for the follower to engage
-  Nanoseconds self_test = 20 * kMillisecond;  // so long nothing may be wrong,
-  Nanoseconds self_test_limit = kSecond;      // and that within this time
-  bool homing = false;                        // the device does not know its angle until it was led to a stop
+  Nanoseconds self_test = 20 * kMillisecond;  // the self-test must find nothing for this long,
+  Nanoseconds self_test_limit = kSecond;      // within this time
+  bool homing = false;                        // the device knows its angle only after it was led to a stop
   Nanoseconds homing_timeout = 30 * kSecond;
-  bool identification = false;  // it may be asked whether the axis is the one of the scene
+  bool identification = false;  // `identify` may check whether the axis is the one of the scene
 };
 
 enum class HomingProgress : std::uint8_t { kUnderway, kBlocked, kDone };
@@ -26,25 +26,25 @@ struct EngagementInputs {
   OperatorAct act = OperatorAct::kNone;   // of this side
   bool device_valid = true;               // own device can be read and obeys
   bool finite = true;                     // its readings are numbers,
-  bool in_range = true;                   // such as this device can give
+  bool in_range = true;                   // and this device can reach them
   bool at_rest = true;                    // no torque is commanded, and the device says that it gives none
   LineQuality line = LineQuality::kGood;  // of the line to the device
   HomingProgress homing = HomingProgress::kUnderway;
   IdentifyingProgress identifying = IdentifyingProgress::kUnderway;
-  std::optional<Reason> guard_fault;  // what the guard of the patient's side finds wrong
+  std::optional<Reason> guard_fault;  // fault found by the guard of the patient's side
   bool limit_holds = false;           // a limit of the patient's side asks for rest
-  bool shaken = false;                // the patient's hand shakes, and less of the peer's wishes did not calm it
+  bool shaken = false;                // the hand shakes although the gain of the peer's commands is low
   bool peer_alive = false;
   StationState peer = StationState::kReady;
   bool aligned = false;  // close enough to the peer to engage, and nothing still fades
 };
 
-// What a transition may look at.
+// Inputs of a transition's condition.
 struct Circumstances {
   const EngagementInputs& in;
   const EngagementParams& params;
   Nanoseconds here;                              // time in this state
-  Nanoseconds sound;                             // the latest part of it in which the self-test found nothing wrong
+  Nanoseconds sound;                             // length of the latest time in which the self-test found nothing
   bool homed;                                    // since the device was last found
   bool peer_seen_engaged, peer_seen_disengaged;  // in this state
 };
@@ -53,7 +53,7 @@ struct Transition {
   enum class Whose : std::uint8_t { kEither, kLeader, kFollower };
   StateSet from;
   StationState to;
-  Reason reason;  // kNone: the one that the guard gives
+  Reason reason;  // kNone: the guard's reason
   Whose whose;
   const char* when;
   bool (*applies)(const Circumstances&) noexcept;

@@ -1,4 +1,4 @@
-// The settings of the gates, first and last, and of what a person is spared by, apart from the code that they set.
+// The settings of the first and the last gate, and of the bound that protects a person, apart from their code.
 #pragma once
 
 #include <limits>
@@ -14,7 +14,7 @@ struct GateParams {
   double acceleration = std::numeric_limits<double>::infinity();  // rad/s2, asked for
 };
 
-// What is taken of what a peer says (common/station/intake.hpp), in the size of this side.
+// Limits on the motion that a peer sends (common/station/intake.hpp), scaled to this side.
 struct IntakeParams {
   double torque = 3.0;        // N m
   double velocity = 4.0;      // rad/s
@@ -23,11 +23,11 @@ struct IntakeParams {
   double wave = 0.0;  // sqrt(W), where the integral of a wave stands in the torque's place; 0: it does not
 };
 
-// What an axis may do to the person in it while it is driven (common/station/person_bound.hpp).
+// Limits on the effect of a driven axis on the person in it (common/station/person_bound.hpp).
 struct PersonBoundParams {
   double speed = std::numeric_limits<double>::infinity();  // rad/s
   double power = std::numeric_limits<double>::infinity();  // W, given to the person
-  bool free = false;                                       // what the person does himself is left alone, however fast
+  bool free = false;                                       // the person's own motion is not slowed, however fast
 };
 
 }  // namespace farhand

@@ -1,5 +1,5 @@
-// Whether the axis is the one that the scene describes: led to and fro by its own station, without a hand in the
-// device, and judged by the torque that this takes (common/identify).
+// Checks whether the axis is the one that the scene describes. Its own station leads it to and fro, without a hand in
+// the device, and the torque that this needs is evaluated (common/identify).
 #pragma once
 
 #include "common/identify/judgement.hpp"
@@ -7,7 +7,7 @@
 
 namespace farhand {
 
-// 40 kB: belongs to whoever makes the station, where the scene asks for it.
+// It takes 40 kB. The maker of the station owns it, and makes one only if the scene asks for it.
 class Identifying {
  public:
   Identifying(const IdentifyingParams& params, const DriveParams& drive) noexcept
@@ -18,16 +18,17 @@ class Identifying {
 
   void begin(double x) noexcept;
 
-  // The motion to follow: the position alone counts.
+  // The motion to follow; only the position acts.
   Motion<1> step(const Motion<1>& local, int ticks) noexcept;
-  // x as read in this tick, and the torque that was then applied; ticks: periods since the last.
+  // x: angle read in this tick, rad; torque: torque applied in this tick, N m; ticks: periods since the last call.
   void sample(double x, double torque, int ticks) noexcept;
 
   IdentifyingProgress progress() const noexcept { return progress_; }
   Misfit misfit() const noexcept { return misfit_; }  // once it is over
 
  private:
-  // Behind the motion to follow, rad, besides the a/K_p by which a law without acceleration forward lags.
+  // Largest lag behind the motion to follow, rad, beyond the a/K_p by which a law without acceleration feed-forward
+  // lags.
   static constexpr double kInTheWay = 0.1;
 
   Sweeps sweeps_;

@@ -1,4 +1,4 @@
-// The settings of an identification, apart from the estimator: most that is set never identifies anything.
+// The settings of an identification, apart from the estimator, because most stations never identify anything.
 #pragma once
 
 #include "common/identify/sweeps.hpp"

@@ -1,15 +1,16 @@
-// The gate through which everything passes that an authentic peer says, before anything remembers it. What a peer is
-// right about costs nothing here: it passes unchanged, to the bit.
+// The first gate: every value that an authentic peer sends passes it before any block stores the value. Values within
+// the limits pass unchanged, to the bit.
 //
-//   angle          within the own range and 5 degrees, moving no faster than the own limit of speed
+//   angle          within the own range and 5 degrees, changing no faster than the own limit of speed
 //   velocity       within that limit
 //   torque         within the own limit
-//   wave           what stands in the torque's place is its integral, sqrt(W) s, unbounded by nature: bounded by slope,
-//                  |u| <= (b v_max + tau_max) / sqrt(2 b), which is a wave that this axis could have sent
+//   wave           sent in the torque's place as its integral, sqrt(W) s, which has no bound; its slope is bounded,
+//                  |u| <= (b v_max + tau_max) / sqrt(2 b), a wave that this axis could have sent
 //   energy         a sum that only grows: by no more than tau_max v_max times the time
 //
-// All of it in the size of this side. Rates count from the last motion that was played, so that a gap of the network
-// costs nothing. Of sums the excess is thrown away and not owed: whoever lies for a minute does not drive for another.
+// All values are scaled to this side. Rates count from the last motion that was played, so that a gap of the network
+// cuts nothing. The excess of a sum is discarded and not added later: a peer that sends wrong sums for a minute does
+// not drive this side for another minute.
 #pragma once
 
 #include <algorithm>
@@ -23,12 +24,12 @@
 
 namespace farhand {
 
-// A sum as its sender tells it, followed by its growth. One that was never cut passes as it is.
+// A sum that a peer sends, with its growth bounded. A sum that was never cut passes unchanged.
 class GrowingSum {
  public:
-  // The next value is where the sum begins. What no sum of any session reaches begins at 0.
+  // The next value begins the sum. A value that no session can reach begins it at 0.
   void reset() noexcept { begun_ = cut_ = false; }
-  // least, most: of the growth since the last call. True: it was cut.
+  // least, most: bounds of the growth since the last call. Returns true if the growth was cut.
   bool step(double told, double least, double most) noexcept {
     if (!begun_) {
       begun_ = true;
@@ -37,7 +38,7 @@ class GrowingSum {
       return cut_;
     }
     const double growth = told - told_;
-    const double within = growth >= least ? std::min(growth, most) : least;  // of what is no number, the least
+    const double within = growth >= least ? std::min(growth, most) : least;  // NaN counts as the least
     if (std::isfinite(told)) told_ = told;
     const bool now = !(growth == within);
     cut_ = cut_ || now;
@@ -57,11 +58,11 @@ class Intake {
  public:
   Intake(const IntakeParams& params, double dt_s) noexcept : p_(params), dt_s_(dt_s) {}
 
-  // Nothing is known of the peer.
+  // Forgets the peer.
   void reset() noexcept { begun_ = false; }
 
-  // told: as played out, finite. held: nothing newer has come, though it may be shown late. driven: this side moves
-  // somebody by it; else it is only looked at, and may be anywhere within the range at once.
+  // told: motion as played out, finite. held: no newer packet has come, though an older one may only be shown now.
+  // driven: a person is moved by this motion; if false, the angle may jump within the range.
   const Motion<N>& step(const Motion<N>& told, bool held, bool driven, int ticks) noexcept {
     since_s_ += dt_s_ * ticks;
     const double way = p_.velocity * since_s_;
@@ -87,7 +88,8 @@ class Intake {
       }
     }
     begun_ = true;
-    // Who is always late is held all the while, and new all the same. And what was too far away is on its way there.
+    // A peer whose packets are always late is always `held`, but its motion changes. An angle that was too far away is
+    // still approached.
     const bool moved = (told.x != told_.x).any() || (told.f != told_.f).any() || (active_ & kLimitRate) != 0;
     if (!held || moved) since_s_ = 0.0;
     told_ = told;
@@ -96,7 +98,7 @@ class Intake {
     return motion_;
   }
 
-  // told: J, since the session of the peer began.
+  // told: energy since the session of the peer began, J.
   double energy(double told, bool driven, int ticks) noexcept {
     const double rate = p_.torque * p_.velocity;
     credit_ = std::min(credit_ + rate * dt_s_ * ticks, rate * kSaved);
@@ -107,20 +109,20 @@ class Intake {
     return energy_.value();
   }
 
-  // LimitBit: what the last motion was cut by. (An energy is only counted.)
+  // LimitBit: limits that cut the last motion. (A cut energy is only counted.)
   std::uint32_t active() const noexcept { return active_; }
   std::uint64_t cuts() const noexcept { return cuts_; }  // ticks in which something was cut while this side was driven
 
  private:
-  static constexpr double kBeyond = 0.0873;  // rad: a person may push his device that far out of its range
-  static constexpr double kSaved = 2.0;      // s, of a gap after which nothing of the energy is lost
+  static constexpr double kBeyond = 0.0873;  // rad: a person may push his device this far out of its range
+  static constexpr double kSaved = 2.0;      // s, longest gap after which no energy is cut
   IntakeParams p_;
   double dt_s_;
   Motion<N> motion_, told_;
   GrowingSum energy_;
   std::array<GrowingSum, static_cast<std::size_t>(N)> wave_{};
   double credit_ = 0.0;
-  double since_s_ = 0.0;  // that a new motion was played
+  double since_s_ = 0.0;  // since a new motion was played
   std::uint64_t cuts_ = 0;
   std::uint32_t active_ = 0;
   bool begun_ = false;

@@ -1,5 +1,5 @@
-// What a recording tells of a station in words: who asked for what, which state it came to and why, when a hand is
-// shaken, what a law decided. Each sentence is worded here once, for programs and lab.
+// The sentences of a recording about a station: acts of the operator, changes of state with their reasons, shaking of
+// the hand, decisions of the law. Each sentence is worded only here, for programs and lab.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,9 @@ namespace farhand {
 
 class Journal {
  public:
-  // After each tick. said: how it was asked for; none: by the act's name; empty: that was told before. why: it is in
-  // its state. told(sentence): for each one; it is gone with the call.
+  // After each tick. said: wording of the operator's act; null: the act's name is used; empty: the act was recorded
+  // before. why: reason of the present state. told(sentence) is called for each sentence, which is valid only within
+  // the call.
   template <class Told>
   void step(double t_s, const TickTrace<1>& trace, OperatorAct act, const char* said, const char* why,
             const Told& told) noexcept {
@@ -37,12 +38,12 @@ class Journal {
   std::string_view worded(const char* format, const Values&... values) noexcept {
     return fit(std::snprintf(text_.data(), text_.size(), format, values...));
   }
-  // snprintf tells the length of the whole, however much of it there is room for.
+  // snprintf returns the length of the whole text, even if only a part of it fits.
   std::string_view fit(int length) const noexcept {
     return {text_.data(), std::min(static_cast<std::size_t>(std::max(length, 0)), text_.size() - 1)};
   }
 
-  // When it begins, and when it is over.
+  // Writes when shaking begins and when it has ended.
   template <class Told>
   void shaking(double t_s, const TickTrace<1>& trace, const Told& told) noexcept {
     const bool shaking = (trace.limits & kLimitShaking) != 0, before = std::exchange(shaking_, shaking);

@@ -1,7 +1,8 @@
-// What is repeated of a peer while nothing newer comes. Its velocity and torque are estimates of a noisy encoder: in
-// each tick another error, which the next one makes up for. Repeated for tens of milliseconds one such error is a push
-// of its own, 0.2 N m with 4096 counts (tests/gaps_test.cpp). So what was shown last counts as far as the last
-// hundredths of a second bear it out; within the noise of a fine encoder it is repeated to the bit.
+// The motion of the peer that is repeated while no newer one comes. Velocity and torque are estimated from a noisy
+// encoder: they have another error in each tick, and successive errors cancel. One such error that is repeated for tens
+// of milliseconds acts as a push, of 0.2 N m with 4096 counts (tests/gaps_test.cpp). Therefore the repeated values are
+// limited to a band around their mean over the last hundredths of a second. Values within the noise of a fine encoder
+// are repeated to the bit.
 #pragma once
 
 #include "common/signal/low_pass.hpp"
@@ -12,13 +13,13 @@ namespace farhand {
 template <int N>
 class LastWord {
  public:
-  // wave: what stands in the torque's place is a sum, which has no such errors.
+  // wave: the integral of a wave stands in the torque's place; it has no such errors.
   LastWord(double dt_s, bool wave) : mean_v_(kMean, dt_s), mean_f_(kMean, dt_s), wave_(wave) {}
 
-  // Nothing is known of the peer.
+  // Forgets the peer.
   void reset() noexcept { begun_ = false; }
 
-  // Once per tick. told: as it is shown now; silent_s: since that was new.
+  // Once per tick. told: motion that is shown now; silent_s: time since it was new.
   Motion<N> step(const Motion<N>& told, double silent_s) noexcept {
     if (!begun_) {
       begun_ = true;
@@ -38,7 +39,7 @@ class LastWord {
 
  private:
   static constexpr Cutoff kMean = Cutoff::rad_s(60.0);
-  static constexpr double kFresh = 2.5e-3;  // s, as of any packet that is late
+  static constexpr double kFresh = 2.5e-3;  // s, the silence of a single late packet
   static constexpr double kVelocity = 0.2;  // rad/s
   static constexpr double kTorque = 0.05;   // N m
   LowPass<N> mean_v_, mean_f_;

@@ -1,4 +1,4 @@
-// The last gate of an axis that its own station leads: homing and identification.
+// The last gate of an axis that its own station leads, in homing and identification.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace farhand {
 
-// Its range and torque are not those of work: where the range is, is yet to be found.
+// Range and torque differ from those of a session, because the range is not yet known.
 inline GateParams homing_gate(const StationParams& params) noexcept {
   const DriveParams& drive = params.control.drive;
   GateParams gate = drive.gate;

@@ -1,5 +1,5 @@
-// The last gate before the actuator. Whatever the laws wish, what leaves here is finite, inside the range, slow enough
-// and small enough, and what leaves here is what the observers are told was applied.
+// The last gate before the actuator. Whatever the laws ask for, the output is finite, within the range, and within the
+// limits of rate and size. The observers get this output as the applied torque.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,9 @@ class TorqueGate {
  public:
   TorqueGate(const GateParams& params, double dt_s) : params_(params), torque_step_(params.torque_rate * dt_s) {}
 
-  // wish: N m; x: position now. Returns the torque to apply. Not finite anywhere: the whole wish is replaced by zero,
-  // because half a vector is not a motion. Outward torque fades out over the last kFade before the end of the range.
+  // wish: torque asked for, N m; x: present position, rad. Returns the torque to apply. If one element is not finite,
+  // the whole vector is replaced by zero, because the other elements alone are not the motion that was meant. Outward
+  // torque fades out over the last kFade before the end of the range.
   const Joints<N>& pass(const Joints<N>& wish, const Joints<N>& x) noexcept {
     active_ = 0;
     Joints<N> tau = wish;
@@ -54,7 +55,7 @@ class TorqueGate {
     return applied_;
   }
 
-  // Ticks were missed: the drive has let it fall to this share.
+  // Ticks were missed, and the drive has let its torque fall to this share.
   void decayed(double share) noexcept { applied_ *= share; }
 
   const Joints<N>& applied() const noexcept { return applied_; }
@@ -68,8 +69,8 @@ class TorqueGate {
   std::uint32_t active_ = 0;
 };
 
-// For axes that close their own loop and take references. The position moves with bounded velocity and acceleration and
-// can always stop before the end of the range; a wish within the bounds passes unchanged.
+// For axes that close their own loop and take references. The reference position moves with bounded velocity and
+// acceleration and can always stop before the end of the range. A motion within the bounds passes unchanged.
 template <int N>
 class ReferenceGate {
  public:
@@ -85,8 +86,8 @@ class ReferenceGate {
     active_ = 0;
   }
 
-  // ticks: periods since the last call; a missed tick does not make the reference fall behind. Not finite anywhere: the
-  // reference comes to rest.
+  // ticks: periods since the last call; a missed tick does not make the reference fall behind. If one element is not
+  // finite, the reference comes to rest.
   const Motion<N>& pass(const Motion<N>& wish, int ticks = 1) noexcept {
     const bool finite = wish.finite();
     active_ = finite ? 0u : kLimitNotFinite;
@@ -121,9 +122,9 @@ class ReferenceGate {
     return u < low ? low : (u > high ? high : u);
   }
 
-  // How fast, in steps of `change`, may a way of q (in steps of change * dt_s) be entered that must end at rest, if the
-  // first period is of `ticks` and each later one slows by a step? n + (n - 1) + ... over the later ones is
-  // triangular in n and linear between whole n.
+  // Largest speed, in steps of `change`, at which a distance q (in steps of change * dt_s) may be entered so that the
+  // motion ends at rest. The first period lasts `ticks`, and each later period slows by one step. The sum n + (n - 1) +
+  // ... over the later periods is triangular in n and linear between whole n.
   static double entry(double q, int ticks) noexcept {
     const double k = ticks - 1.0, b = 2.0 * k + 1.0;
     const double m = std::max(0.0, std::floor(0.5 * (std::sqrt(b * b + 8.0 * q) - b)));
@@ -135,8 +136,8 @@ class ReferenceGate {
     return change * entry(std::max(0.0, way) / (change * dt_s_), ticks);
   }
 
-  // Where to go instead of `to` so that the speed changes by no more than it may, now and on the way to rest at `aim`
-  // or, if that moves on as it did, to where both move alike.
+  // The position to go to instead of `to`, so that the speed changes by no more than allowed, now and until the axis
+  // rests at `aim`, or, if `aim` moves on at its speed, until both move alike.
   double accelerate(int i, double aim, double to, int ticks) noexcept {
     const double x = reference_.x[i], period = dt_s_ * ticks, change = params_.acceleration * period;
     const double highest = std::min({params_.velocity, step_[i] + change, entry_speed(params_.range_max - x, ticks)});
@@ -144,7 +145,7 @@ class ReferenceGate {
     const double behind = wished_[i] - x, moves = (aim - wished_[i]) / period;
     const double wish =
         behind == 0.0 ? (to - x) / period : moves + std::copysign(entry_speed(std::abs(behind), ticks), behind);
-    // The end of the range never asks for more than the change, but for rounding.
+    // The end of the range never requires more than this change, except by rounding.
     const double speed =
         std::clamp(std::clamp(wish, std::min(lowest, highest), highest), step_[i] - change, step_[i] + change);
     const double inside_min = std::min(params_.range_min, x), inside_max = std::max(params_.range_max, x);

@@ -1,4 +1,4 @@
-// Which ticks were missed: by this side, as its loop and its clock say, and by the peer, as its packets say.
+// Ticks that were missed: by this side, according to its loop and its clock, and by the peer, according to its packets.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@ class OwnTicks {
  public:
   explicit OwnTicks(double dt_s) noexcept : dt_s_(dt_s) {}
 
-  // Periods since the last call: those that were told, or more where the clock says so. One that went back tells
-  // nothing of the time since: the longest gap.
+  // Periods since the last call: `told`, or more if more time has passed on the clock. If the clock went back, the time
+  // since is unknown, and the longest gap is returned.
   int since_last(Nanoseconds now, int told) noexcept {
     const double periods = begun_ ? to_seconds(now - last_) / dt_s_ : 0.0;
     last_ = now;
@@ -33,8 +33,8 @@ class PeerTicks {
  public:
   explicit PeerTicks(double dt_s) noexcept : dt_s_(dt_s) {}
 
-  // By which the peer missed its ticks between the newest packet and that of the call before, s: more time than
-  // packets. (What the network lost has numbers.)
+  // Time by which the peer missed its ticks between the newest packet and that of the last call, s: the excess of time
+  // over the count of packets. (Packets that the network lost are in the sequence numbers.)
   template <int N>
   double missed_s(const Packet<N>& newest) noexcept {
     const bool follows = newest.session == session_ && newest.seq - seq_ < kMostPackets;
@@ -47,7 +47,7 @@ class PeerTicks {
   }
 
  private:
-  static constexpr std::uint32_t kMostPackets = 10'000;  // from one to the next, of the same session
+  static constexpr std::uint32_t kMostPackets = 10'000;  // largest step of numbers within a session
   double dt_s_;
   std::uint32_t session_ = 0, seq_ = 0;
   Nanoseconds send_time_ns_ = 0;

@@ -1,5 +1,4 @@
-// How much of what the peer sends does not come, for scenes that choose by it: packets that were lost or late over all
-// of them, over a second.
+// Share of the peer's packets that were lost or late, over a second, for laws that choose by it.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +12,7 @@ class NetworkMeter {
  public:
   explicit NetworkMeter(double dt_s) noexcept : dt_s_(dt_s) {}
 
-  // Once per tick. counts: else nothing is learnt of this one.
+  // Once per tick. counts: if false, the packets of this tick are ignored.
   void step(const ReceiverCounters& counters, int ticks, bool counts) noexcept {
     const double missed = static_cast<double>(counters.lost + counters.late - missed_),
                  taken = static_cast<double>(counters.received - taken_);

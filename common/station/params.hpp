@@ -1,4 +1,4 @@
-// The settings of a station and of what is in it, apart from the code that they set.
+// The settings of a station and its blocks, apart from their code.
 #pragma once
 
 #include <string_view>
@@ -26,33 +26,33 @@ struct DriveParams {
   GateParams gate;
   PersonBoundParams person;
   double resolution = 3.2e-4;       // rad: one count of the encoder
-  double stiffest_nm_per_rad = 30;  // that the axis may meet
+  double stiffest_nm_per_rad = 30;  // stiffest object that the axis may meet
   TorqueHold power_stage{.hold_s = 2e-3, .fall_s = 4e-3};
   bool power_stage_named = false;  // by the scene
   double take_over_s = 0.5;        // the law's share of the torque rises from 0 to 1 in this time
   double dt_s = 1e-3;
 };
 
-// What moves an axis: its drive, and the law above it.
+// The settings of a drive and of the law above it.
 struct ControlParams {
   DriveParams drive;
   LawParams law;
 };
 
-// What the patient's side allows, whatever the network asks (common/station/patient_guard.hpp).
+// Limits of the patient's side, whatever the network asks for (common/station/patient_guard.hpp).
 struct GuardParams {
   PatientLimits limits;
   PlausibilityParams plausibility;
   OscillationParams oscillation;
 };
 
-// Where the sides differ in size, what crosses the network is the slave's, and the master's station converts.
+// If the devices differ in size, the signals on the network have the slave's size, and the master's station converts.
 struct Scale {
   double position = 1.0;  // angle of the slave per angle of the master
   double force = 1.0;     // torque at the master per torque at the slave
   bool any() const noexcept { return position != 1.0 || force != 1.0; }
 
-  // A motion of the peer in the leader's size, and one of the leader in that of the peer.
+  // Converts a motion of the peer to the leader's size, and a motion of the leader to the peer's.
   template <int N>
   Motion<N> to_own(const Motion<N>& peer) const noexcept {
     return any() ? Motion<N>{peer.x / position, peer.v / position, peer.f * force} : peer;
@@ -71,8 +71,8 @@ struct StationParams {
   ReceiverParams receive;
   IntakeParams intake;
   EngagementParams engagement;
-  HomingParams homing;            // used where the engagement asks for it
-  IdentifyingParams identifying;  // so too
+  HomingParams homing;            // used only if the engagement asks for it
+  IdentifyingParams identifying;  // used only if the engagement asks for it
   GuardParams guard;              // limits: the follower's only
   double align_speed = 0.3;       // rad/s
   double align_tolerance = 0.01;  // rad

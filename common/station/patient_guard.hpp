@@ -1,5 +1,6 @@
-// Authority of the patient's side: what a hand in the device may be given, decided in the box and by nothing that comes
-// over the network. One per follower; the therapist's station has the watch alone (common/station/axis_watch.hpp).
+// Authority of the patient's side: the limits of torque, speed, power and energy at the hand. They are decided in the
+// box, and nothing that comes over the network changes them. Each follower has a guard; the therapist's station has
+// only its watch (common/station/axis_watch.hpp).
 //
 //   limit                  reaction                                              where
 //   torque, its rate,      clip: the last gate                                   common/station/limits.hpp
@@ -15,15 +16,15 @@
 //   what an MCU finds      fault                                                 common/device/mcu_axis.hpp
 //   shaking                lower gain, hold until it is calm, fault              common/observer/oscillation.hpp
 //
-// Each limit warns at 0.9. Gain g turns the motion to follow into one that asks for less (yielding() below):
+// Each limit warns at 0.9. The gain g reduces the effect of the motion to follow (yielding() below):
 //
 //   a_ref = g (K_p (x_r - x) + K_d v_r - K_f f_r) - K_d v - K_f f
 //
-// What comes from the network is scaled; damping and giving way to the hand stay whole. At g = 0 that is a damper that
-// yields. Why it is stable: for any fixed g the loop over the network has g of its gain, and the spring to the peer is
-// softer under the same damping. A falling g takes energy out of that spring, a rising one puts in K_p J_n e^2/2 at
-// most over soft_start_s; so it may fall at once and rises slowly. The same ramp is the soft start after each
-// engagement.
+// Only the terms that come from the network are scaled; damping and yielding to the hand stay complete. At g = 0 the
+// axis is a damper that yields. This is stable: for any fixed g the gain of the loop over the network is multiplied by
+// g, and the spring to the peer is softer under the same damping. A falling g removes energy from that spring. A rising
+// g adds at most K_p J_n e^2/2 over soft_start_s. Therefore g may fall at once, but rises slowly. The same ramp is the
+// soft start after each engagement.
 #pragma once
 
 #include <algorithm>
@@ -40,10 +41,10 @@ class PatientGuard {
 
   GuardVerdict step(const GuardInputs<N>& in) noexcept;
 
-  // What the drive may follow under gain g. Towards the end of the range the peer's velocity, and its force beyond the
-  // hand's, fade out: a position reference that ends there beside a force that does not would push the hand on.
-  // Over 1.5 degrees, because this is a spring of K_f |f_r + f| / kFade, 50 rad/s at 0.5 N m: one degree of all the
-  // torque swings on behind an MCU, 8 ms late.
+  // The motion that the drive may follow under gain g. Towards the end of the range the peer's velocity fades out, and
+  // so does the part of its force that exceeds the hand's: otherwise the force would push the hand on although the
+  // position reference ends there. The fade acts as a spring of K_f |f_r + f| / kFade (50 rad/s at 0.5 N m). It is 1.5
+  // degrees wide, because a fade within one degree oscillates behind an MCU, whose loop is 8 ms late.
   Motion<N> allow(const Motion<N>& local, const Motion<N>& target, double g) const noexcept {
     Motion<N> to = yielding(local, target, g);
     for (int i = 0; i < N; ++i) {
@@ -56,7 +57,7 @@ class PatientGuard {
     return to;
   }
 
-  // An act of the patient's side: another session begins. Warmth and energy are not forgotten.
+  // An act of the patient's side begins another session. Warmth and energy are kept.
   void reset() noexcept { dose_.begin_session(); }
 
   const DoseLimits& dose() const noexcept { return dose_; }

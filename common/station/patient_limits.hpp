@@ -1,5 +1,5 @@
-// What a hand in the device may be given over time: power, energy within a minute, warmth of the motor, time of a
-// session. The settings are the box's own; nothing that comes over the network reaches this file.
+// Limits over time at the patient's hand: power, energy within a minute, warmth of the motor, time of a session. The
+// settings are those of the box; nothing that comes over the network is an input here.
 #pragma once
 
 #include <array>
@@ -12,31 +12,32 @@ struct PatientLimits {
   double power_w = 2.0;         // delivered to the hand
   double energy_j = 30.0;       // delivered to the hand within a minute
   double session_s = 3600.0;    // driven
-  double continuous_a = 1.0;    // motor current that ends just at the limit of warmth
-  double overload = 2.0;        // this many times as much, from cold,
-  double overload_s = 300.0;    // gets there in this time
+  double continuous_a = 1.0;    // constant motor current that ends just at the limit of warmth
+  double overload = 2.0;        // this many times that current, from cold,
+  double overload_s = 300.0;    // reaches the limit in this time
   double surface_c = 41.0;      // that limit, at the surface
-  double room_c = 23.2;         // where the surface starts from
-  double soft_start_s = 0.5;    // what the network asks for rises from nothing to all of it in this time
+  double room_c = 23.2;         // temperature of the surface when cold
+  double soft_start_s = 0.5;    // the gain of the network's commands rises from 0 to 1 in this time
   double let_go_after_s = 3.0;  // a hold by a limit ends in letting go, this much later
 };
 
-// How warm is the motor, as a share of what its surface may be above the room?
+// Warmth of the motor: temperature of its surface above the room, as a share of the limit.
 //
 //   u' = ((I / I_c)^2 - u) / T      one node, heat I^2 R
 //
-// Mali & Munih 2006 (III-C) held a constant current: 1 A stays within 41 deg C at the surface, the most that a part on
-// a patient may have; 2 A gets there within 5 min; cooling below 25 deg C then takes 40 min. With I_c = 1 A the first
-// says u -> 1. The second, from cold, 1 = 2^2 (1 - exp(-300 s/T)), says T = 300 s / ln(4/3) = 1043 s. The third
-// is left to tell the room, which the paper does not name: (25 - T_r)/(41 - T_r) = exp(-2400 s/T) at T_r = 23.2 deg C.
-// So one node explains all of it, and a second would have nothing to be identified from. The current is held within a
-// step, so the step is exact: u += (1 - exp(-dt/T)) ((I/I_c)^2 - u).
+// Mali & Munih 2006 (III-C) held a constant current. With 1 A the surface stays within 41 deg C, the limit for a part
+// that touches a patient. With 2 A it reaches this within 5 min. Cooling below 25 deg C then takes 40 min. The first
+// result gives u -> 1 at I_c = 1 A. The second, from cold, 1 = 2^2 (1 - exp(-300 s/T)), gives T = 300 s / ln(4/3) =
+// 1043 s. The third gives the temperature of the room, which the paper does not state: (25 - T_r)/(41 - T_r) =
+// exp(-2400 s/T) at T_r = 23.2 deg C. One thermal node thus explains all three results; there are no data to identify a
+// second one. The current is constant within a step, therefore the step is exact: u += (1 - exp(-dt/T)) ((I/I_c)^2 -
+// u).
 class MotorHeat {
  public:
   MotorHeat(const PatientLimits& limits, double dt_s) noexcept;
 
   void step(double current_a, int ticks) noexcept;
-  void start(double surface_c) noexcept;  // measured: the model knows only what it saw itself
+  void start(double surface_c) noexcept;  // from a measured temperature, deg C; the model does not know earlier heating
 
   double share() const noexcept { return share_; }  // 1: at the limit
   double surface_c() const noexcept { return room_c_ + share_ * (limit_c_ - room_c_); }
@@ -47,8 +48,8 @@ class MotorHeat {
   double share_ = 0.0;
 };
 
-// Sum over a sliding minute in fixed memory: seconds in buckets, the one that fills besides sixty full ones. So it is
-// at least what any 60 s up to now brought and at most what the last 61 s did: it never says too little.
+// Sum over a sliding minute in fixed memory: a bucket for each second, sixty full ones and the one that is being
+// filled. The result is at least the sum of the last 60 s and at most that of the last 61 s: it is never too low.
 class SlidingMinute {
  public:
   explicit SlidingMinute(double dt_s) noexcept : dt_s_(dt_s) {}
@@ -63,30 +64,30 @@ class SlidingMinute {
 };
 
 struct LimitReadings {
-  double power_w = 0.0;    // torque on the hand times its speed; positive: the device gives
+  double power_w = 0.0;    // torque on the hand times its speed; positive: the device gives power
   double current_a = 0.0;  // of the motor
   std::optional<double> surface_c = {};
   bool driven = false, engaged = false;
   int ticks = 1;  // periods since the last
 };
 
-// What the limits above make of it: `hold` as the operator's, `gain` the share of the network's wishes that is
-// followed. Reactions: the table in common/station/patient_guard.hpp.
+// Result of the limits above: `hold` asks for Holding, `gain` is the gain of the network's commands. Reactions: the
+// table in common/station/patient_guard.hpp.
 struct LimitVerdict {
   bool hold = false;
   double gain = 1.0;
   std::uint32_t limits = 0, warnings = 0;
 };
 
-// Power is judged by its mean over 1/k_B, the time in which the bound at the person has slowed the axis down
-// (common/station/person_bound.hpp). What passes sooner is no reason to let go of a hand that is stretched: near a
-// limit of 0.5 W a single count of the encoder is a quarter of it, and took 1.4 N m off the hand within a tick.
+// Power is judged by its mean over 1/k_B, the time in which the bound at the person slows the axis down
+// (common/station/person_bound.hpp). A shorter peak is no reason to let go of a stretched hand: near a limit of 0.5 W a
+// single count of the encoder is a quarter of the limit, and once removed 1.4 N m from the hand within a tick.
 class DoseLimits {
  public:
   DoseLimits(const PatientLimits& limits, double dt_s) noexcept;
 
   LimitVerdict step(const LimitReadings& now) noexcept;
-  void begin_session() noexcept { driven_s_ = 0.0; }  // an act of the patient's side
+  void begin_session() noexcept { driven_s_ = 0.0; }  // called on an act of the patient's side
 
   const MotorHeat& heat() const noexcept { return heat_; }
   double energy_j() const noexcept { return energy_.sum(); }

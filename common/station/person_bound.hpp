@@ -1,31 +1,32 @@
-// What an axis that takes a torque may do to the person in it, bounded by what is known now and not by what was
-// delivered: power is known 16 ms late, and 2 W are passed in 40 ms.
+// Bounds speed, power and range at the person in an axis that takes a torque. The bound uses the present torque, speed
+// and angle and not the power delivered, which is known 16 ms late: a power of 2 W can be exceeded within 40 ms.
 //
 //   a <= k_B (v_allow - v),   v_allow = min( v_max, P / (tau + 0.1 N m), v_end(way) )
 //
-// and alike downwards. tau: the torque against that direction, the larger of what acts, of what will act if it grows on
-// for 1.5/k_B (the therapist: 1/k_B), and of what was given. Towards the power of a hand the bound is above this by
-// what the torque grows in 1/g_dis: so late the observer adds it, and nobody could be led through 1.8 W into a stiff
-// hand; but by no more than a hand of 16 N m/rad resists at this speed, because noise grows too. v_end: the speed from
-// which the way to the end of the range suffices to come to rest, as a low-pass of k_E close to it and with the
+// and the same in the other direction. tau is the torque against the direction: the largest of the present torque, of
+// the torque predicted for its present growth over 1.5/k_B (the therapist: 1/k_B), and of the torque that was given.
+// For the power of a hand the bound is raised by the growth of the torque in 1/g_dis, the delay with which the observer
+// adds it; otherwise nobody could be led at 1.8 W into a stiff hand. It is raised by no more than the resistance of a
+// hand of 16 N m/rad grows at this speed, because noise grows too. v_end is the speed from which the axis can come to
+// rest within the distance (way) to the end of the range: as a low-pass of k_E close to the end, and with the
 // deceleration b further away, v_end (v_end + 2 b/k_E) = 2 b way.
 //
-// An acceleration and not a torque is bounded, because the disturbance observer adds what the person resists with:
-// speed then ends at v_allow like a low-pass of k_B, whoever pushes. (Cutting the torque instead would chatter: over a
-// tenth of the limit it is a gain of 75 N m s/rad on 4 g m2, and the speed is known 3 ms late.)
+// The bound limits the acceleration and not the torque, because the disturbance observer adds the person's resistance:
+// speed then approaches v_allow like a low-pass of k_B, whoever pushes. (A limit on the torque would chatter: a fade
+// over a tenth of the limit is a gain of 75 N m s/rad on 4 g m2, and the speed is known 3 ms late.)
 //
-// Who moves outward, or fast, by himself is not held: towards the end of the range and near the power the bound is J
-// times this over what acts against the motion. Above v_max alone he is braked as well, since a hand that was stretched
-// and is let go springs back faster.
+// A person who moves outward, or fast, by himself is not held: for range and power the bound is raised by the
+// acceleration with which he pushes in this direction, -tau_dis/J_n. Above v_max he is braked as well, because a hand
+// that was stretched and is let go springs back faster.
 //
-// What a therapist does himself (free) is never slowed: it is what the axis would do if the peer said nothing,
-// a = -K_f f, an inertia of 1/K_f. By the energy that he was given over what he gave to that inertia,
+// A therapist's own motion (free) is never slowed. It is the motion that the axis would make without commands of the
+// peer, a = -K_f f, an inertia of 1/K_f. The energy that he received, plus the kinetic energy of that inertia,
 //
 //   A = int f dx + v^2 / (2 K_f) >= 0
 //
-// it is told whether he is moved by the device: then he is braked as a hand is. (What the observers are wrong by while
-// he moves is a share of his kinetic energy.) While he was given next to nothing the peer may lead him on by a little
-// beyond the bound, so that a fast motion of his own is followed to the digit.
+// shows whether the device moves him: then he is braked as a hand is. (The error of the observers while he moves is a
+// share of his kinetic energy.) While he has received almost no energy the peer may lead him slightly beyond the bound,
+// so that a fast motion of his own is followed without any change.
 #pragma once
 
 #include <algorithm>
@@ -53,7 +54,7 @@ class PersonBound {
     limit(gate);
   }
 
-  // Nobody was given anything yet.
+  // Forgets the energy given so far.
   void reset() noexcept {
     given_.setZero();
     f_slow_.reset(Joints<N>::Zero());
@@ -67,8 +68,8 @@ class PersonBound {
     bounds_ = std::isfinite(acceleration_) || std::isfinite(p_.speed) || std::isfinite(p_.power);
   }
 
-  // The acceleration to ask for, rad/s2, before the observer's torque is added. tau: applied since the last tick;
-  // tau_dis: of the observer, positive where it resists rising angles.
+  // Returns the acceleration to ask for, rad/s2, before the observer's torque is added. tau: torque applied since the
+  // last tick; tau_dis: torque of the disturbance observer, positive if it resists rising angles.
   Joints<N> step(const Joints<N>& a_ref, const Motion<N>& local, const Joints<N>& tau,
                  const Joints<N>& tau_dis) noexcept;
 
@@ -77,9 +78,9 @@ class PersonBound {
  private:
   struct Along {  // one direction
     double a_own, v, f, tau, tau_dis, way;
-    double ahead;  // rad/s2, of what f grows
+    double ahead;  // rad/s2, from the growth of f
   };
-  // The largest acceleration along a direction; notes what makes it less than is asked for.
+  // The largest acceleration along a direction; records the limit that makes it less than asked for.
   double most(const Along& now, double asked) noexcept;
 
   static double end_speed(double way) noexcept {
@@ -88,13 +89,13 @@ class PersonBound {
   }
 
   static constexpr double kMost = 10.0;     // J
-  static constexpr double kMoved = 0.0625;  // of J v_max^2, and
-  static constexpr double kWrong = 0.35;    // of what moves: from there to half as much more he counts as moved
-  static constexpr double kLed = 0.5;       // of that, from where on he is led
-  static constexpr double kBeyond = 60.0;   // rad/s2, by which the peer may lead him beyond the bound until then
+  static constexpr double kMoved = 0.0625;  // share of J v_max^2; and
+  static constexpr double kWrong = 0.35;    // of the kinetic energy: threshold of being moved, fully from 1.5 times it
+  static constexpr double kLed = 0.5;       // share of the threshold from which on he is led
+  static constexpr double kBeyond = 60.0;   // rad/s2, by which the peer may lead him beyond the bound below that
   static constexpr double kBrake = 80.0;    // 1/s: torque is known 5 ms late, speed 3
-  static constexpr double kLead = 1.5, kLeadFree = 1.0;  // of what f has grown over the time of k_B
-  static constexpr double kStiffest = 16.0;              // N m/rad, by which what resists grows with the way
+  static constexpr double kLead = 1.5, kLeadFree = 1.0;  // times the growth of f within 1/k_B
+  static constexpr double kStiffest = 16.0;              // N m/rad, stiffest resistance for which growth is added
   static constexpr double kMostAhead = 5e-3;             // s, 1/g_dis of the default scenes
   static constexpr double kEnd = 25.0;                   // 1/s
   static constexpr double kSlowing = 100.0;              // rad/s2
@@ -119,8 +120,8 @@ Joints<N> PersonBound<N>::step(const Joints<N>& a_ref, const Motion<N>& local, c
   const Joints<N> a_own = -K_f_ * local.f;
   if (p_.free) {
     const Joints<N> kinetic = local.v * local.v / (2 * K_f_);
-    // By the way that was measured: what the counts make of the speed they make of the torque too, and the product of
-    // the two errors would take out 80 mW at rest on an edge.
+    // Energy from the measured distance, not from the speed: the encoder's counts disturb speed and torque alike, and
+    // the product of the two errors would remove 80 mW from an axis that rests on the edge of a count.
     if (begun_) given_ += f_before_ * (local.x - x_before_);
     given_ = given_.max(-kinetic).min(kMost - kinetic);
     x_before_ = local.x;
@@ -141,7 +142,7 @@ Joints<N> PersonBound<N>::step(const Joints<N>& a_ref, const Motion<N>& local, c
     const double low = -most({-a_own[i], -local.v[i], -std::min(f_soon[i], local.f[i]), -tau[i], -tau_dis[i],
                               local.x[i] - range_min_, -ahead[i]},
                              -a[i]);
-    // Where both bite (too fast one way while pulled the other) the brake counts.
+    // If both bounds act (too fast in one direction while pulled in the other) the braking one has priority.
     a[i] = std::clamp(a[i], std::min(low, high), std::max(low, high));
     if (a[i] > acceleration_ || a[i] < -acceleration_) active_ |= kLimitAcceleration;
     a[i] = std::clamp(a[i], -acceleration_, acceleration_);
@@ -151,7 +152,7 @@ Joints<N> PersonBound<N>::step(const Joints<N>& a_ref, const Motion<N>& local, c
 
 template <int N>
 double PersonBound<N>::most(const Along& now, double asked) noexcept {
-  const double against = std::max(0.0, -now.tau_dis) / J_n_;  // who moves that way by himself
+  const double against = std::max(0.0, -now.tau_dis) / J_n_;  // of a person who pushes in this direction
   const double by_speed = kBrake * (p_.speed - now.v);
   const double by_power = kBrake * (p_.power / (std::max({0.0, now.f, now.tau}) + kAlways) - now.v) + against +
                           std::clamp(now.ahead, 0.0, kStiffest * ahead_ / kBrake * std::max(now.v, 0.0));

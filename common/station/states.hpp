@@ -1,5 +1,5 @@
-// The words of the state machine: what a station can be doing, who can ask for what, and why a state changed. The
-// states themselves are in common/link/packet.hpp, because their numbers are on the wire.
+// The vocabulary of the state machine: roles, acts of the operator, reasons for a change of state. The states
+// themselves are in common/link/packet.hpp, because their numbers are on the wire.
 #pragma once
 
 #include <initializer_list>
@@ -11,7 +11,7 @@ namespace farhand {
 
 enum class OperatorAct : std::uint8_t { kNone, kEngage, kHold, kStop, kReset, kHome, kIdentify };
 
-// Why the state last changed; in events and on the status line.
+// Reason for the last change of state; in events and on the status line.
 enum class Reason : std::uint8_t {
   kNone,
   kStart,
@@ -61,7 +61,7 @@ class StateSet {
 // What a state asks of the axis.
 enum class Asks : std::uint8_t {
   kNothing,  // no torque, at once
-  kWeight,   // only its weight and friction are carried
+  kWeight,   // only its weight and friction are compensated
   kMotion    // the law follows a motion
 };
 

@@ -25,7 +25,7 @@
 
 namespace farhand {
 
-// Io: DirectIo or ReferenceIo, of so many joints.
+// Io: DirectIo or ReferenceIo, which fixes the number of joints.
 template <class Io>
 class Station {
  public:
@@ -76,25 +76,25 @@ class Station {
   StationState state() const noexcept { return trace_.state; }
 
  private:
-  // The follower refuses to be taken by a leader that is further away than this, whatever the leader says (5 degrees).
+  // The follower does not engage with a leader that is further away than this (5 degrees), whatever the leader sends.
   static constexpr double kFollowerGate = 0.0873;
   static constexpr double kLeap = 0.75e-3;  // rad
   static constexpr double kSpared = 1.0;    // s
-  static constexpr int kAfterGap = 20;      // ticks; what compensates answers the catching up a few later
+  static constexpr int kAfterGap = 20;      // ticks; compensation reacts a few ticks after the packets catch up
 
   static EngagementParams where_it_can(EngagementParams params, const Identifying* by) noexcept {
     params.identification = params.identification && Drive::kGivesTorque && by != nullptr;
     return params;
   }
 
-  // A reading that lies further outside of the range of motion than half its width is none of this device.
+  // A reading further outside the range of motion than half its width cannot come from this device.
   bool in_range() const noexcept {
     const GateParams& gate = params_.control.drive.gate;
     const double room = 0.5 * (gate.range_max - gate.range_min);
     return (trace_.local.x >= gate.range_min - room && trace_.local.x <= gate.range_max + room).all();
   }
 
-  // For laws that choose by it; nothing while a gap still counts.
+  // For laws that choose by the network; unknown while a gap in time still counts.
   void measure_network(int ticks) noexcept {
     meter_.step(receiver_.counters(), ticks, after_gap_.settled());
     network_ = {.round_trip = to_seconds(trace_.rtt > 0 ? trace_.rtt + 2 * trace_.playout_depth : 0),
@@ -102,7 +102,7 @@ class Station {
     inputs_.network = after_gap_.settled() ? &network_ : nullptr;
   }
 
-  // Of the energy that went through the port since the last tick, for laws that keep account of it.
+  // Energy that went through the port since the last tick, for laws that keep account of it.
   void keep_account(const Joints<N>& moved, int ticks) noexcept {
     const double told = receiver_.newest().energy * params_.scale.force / params_.scale.position;
     inputs_.account = {.torque = drive_.acting(trace_.local),
@@ -112,7 +112,7 @@ class Station {
                        .engaged = trace_.state == StationState::kEngaged};
   }
 
-  // After the state is decided: what the law wishes.
+  // Steps the law; called after the state is decided.
   void ask_law(Elapsed since) noexcept {
     inputs_.local = trace_.local;
     inputs_.received = trace_.remote;
@@ -123,7 +123,7 @@ class Station {
     trace_.law = law_.signals();
   }
 
-  // Of the motion to follow, what is left after a gap. A hand is damped meanwhile; the therapist does not feel it.
+  // Reduces the motion to follow after a gap in time. The patient's hand is damped meanwhile, the therapist is not.
   Motion<N> after_gap(const Motion<N>& target) const noexcept {
     const double g = after_gap_.share();
     if (g == 1.0) return target;
@@ -134,10 +134,10 @@ class Station {
 
   bool driven() const noexcept { return asks_of(trace_.state) == Asks::kMotion; }
 
-  // Following oneself asks for no acceleration.
+  // The axis' own motion: to follow it needs no acceleration.
   Motion<N> own_motion() const noexcept { return {trace_.local.x, trace_.local.v, -trace_.local.f}; }
 
-  // continues: this reading counts from where the last one did.
+  // continues: this reading has the same zero as the last one.
   void guard(const Sensed& sensed, bool continues, OperatorAct act, int ticks) noexcept {
     const GuardInputs<N> in{.local = trace_.local,
                             .reference = followed_,
@@ -223,7 +223,7 @@ class Station {
         return wish_.follow;
       case StationState::kAligning:  // stiff: the position alone counts
         return {trace_.remote.x, trace_.remote.v, -trace_.local.f};
-      case StationState::kHolding:  // a spring of K_p / K_f N m/rad around here, so that the patient can push away
+      case StationState::kHolding:  // a spring of K_p / K_f N m/rad, which a person can push away
         return {x_hold_, Joints<N>::Zero(), Joints<N>::Zero()};
       case StationState::kHoming:
         return homing_.step(trace_.local, ticks);
@@ -239,10 +239,11 @@ class Station {
     return own_motion();
   }
 
-  // While the leader aligns, the peer's device may come back from elsewhere (its cable was out), and what is shown of
-  // it may jump in time; and so it may after a gap of the network while the engagement still fades. A step that its own
-  // velocity does not explain is faded in like any other change of source. (The follower has its guard. Without a gap a
-  // step is but a count of a coarse encoder, and fading in each of those would never end.)
+  // While the leader aligns, the peer's device may come back at another angle (its cable was unplugged), and the motion
+  // shown of it may jump in time. The same can happen after a gap of the network while the engagement still fades in. A
+  // step that the peer's velocity does not explain is faded in like any other change of source. (The follower has its
+  // guard instead. Without a gap a step is only a count of a coarse encoder, and fades for all of these would never
+  // end.)
   bool leapt(const Motion<N>& source, int ticks) const noexcept {
     const bool engaging = trace_.state == StationState::kAligning ||
                           (gap_ > 0 && trace_.state == StationState::kEngaged && !guard_ && !blend_.done());
@@ -279,7 +280,7 @@ class Station {
   LastWord<N> last_word_;
   Nanoseconds shown_ = 0;  // content time, on the peer's clock
   Blend<N> blend_;
-  NetworkMeter meter_;  // where the law needs it
+  NetworkMeter meter_;  // used only if the law needs it
   NetworkNow network_;
   LawInputs<N> inputs_;
   Wish<N> wish_;
@@ -295,16 +296,19 @@ class Station {
   bool was_usable_ = false;
   int gap_ = 0;  // ticks in which a gap of the network still counts
   bool changed_ = false;
-  double spared_ = 0.0;  // the leader's only, share of the ticks
+  double spared_ = 0.0;  // the leader's only: recent share of the ticks in which he was protected by the person bound
 };
 
 template <class Io>
 auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int ticks) noexcept -> Output {
+  // Read: move the reading to the zero that homing found.
   std::optional<Sensed> homed;
   if (zero_ != 0.0) (homed = read)->x += zero_;
   const Sensed& sensed = homed ? *homed : read;
   const bool usable = sensed.valid && sensed.finite();
   const int gap = own_ticks_.since_last(now, ticks);
+
+  // Observe: estimate velocity and torque of the own axis, from a fresh start after readings that could not be used.
   Motion<N>& local = trace_.local;
   const Joints<N> x_before = local.x;
   if (usable) {
@@ -314,6 +318,7 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   const bool continues = usable && was_usable_;
   was_usable_ = usable;
 
+  // Play out the peer, through the first gate. Without a peer the own motion stands in its place.
   const Played<N> played = receiver_.play(now);
   if (played.any) {
     trace_.remote = intake_.step(params_.scale.to_own(played.motion), played.held, driven(), ticks);
@@ -322,6 +327,8 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
     last_word_.reset();
     trace_.remote = own_motion();
   }
+
+  // Gaps in time: how much of the peer's motion may be followed, and repetition without its noise.
   after_gap_.step(played.any && played.held && played.content_time == shown_, gap,
                   peer_ticks_.missed_s(receiver_.newest()), trace_.state == StationState::kEngaged,
                   drive_.acted_share());
@@ -331,6 +338,7 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   trace_.playout_depth = played.depth;
   trace_.rtt = receiver_.rtt().value_or(0);
 
+  // Guard, state machine and law, in this order: the law must know whether it is engaged.
   if (law_.needs().account) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
   if (law_.needs().network) measure_network(ticks);
   guard(sensed, continues, act, ticks);
@@ -343,6 +351,8 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
            .silent_s = after_gap_.silent_s(),
            .acting = after_gap_.acting(),
            .peers_acting = after_gap_.peers_acting()});
+
+  // The motion to follow: a change of its source is faded, so that nothing jumps.
   const Motion<N> source = choose(ticks);
   const Asks asks = asks_of(trace_.state);
   if (asks == Asks::kNothing) {
@@ -360,7 +370,7 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   gap_ = played.held ? kAfterGap : std::max(gap_ - ticks, 0);
   trace_.share = after_gap_.share();
 
-  // What the station leads by itself has its own gate: no peer counts in it.
+  // A motion by which the station itself leads the axis has its own gate and does not depend on the peer.
   const bool led = trace_.state == StationState::kHoming || trace_.state == StationState::kIdentifying;
   if (led) {
     followed_ = trace_.target;
@@ -370,13 +380,16 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
     followed_ = yielding(local, after_gap(trace_.target), verdict_.gain);
   }
 
+  // Drive and last gate: zero torque at once without a usable reading, or in a state that asks for nothing.
   const Wanted wanted{.driven = asks == Asks::kMotion, .as_torque = inputs_.engaged && wish_.as_torque};
   Output out;
   out.command = usable && asks != Asks::kNothing ? drive_.follow(local, followed_, wanted, ticks) : drive_.safe();
   if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
   if (trace_.state == StationState::kIdentifying) identifying_->sample(local.x[0], drive_.torque()[0], ticks);
+
+  // Report the limits that acted, and fill the packet for the peer.
   trace_.limits = drive_.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);
-  // Who cuts what a peer says, or what its torque does, warns of it at the latest now.
+  // Values of the peer that were cut, and torque that was reduced at the person, are reported as a limit and a warning.
   const std::uint32_t cut = played.any ? intake_.active() | drive_.spared() : drive_.spared();
   trace_.limits |= cut | cut << kWarningShift | verdict_.limits | verdict_.warnings << kWarningShift;
   trace_.shaking = verdict_.shaking;

@@ -1,4 +1,4 @@
-// What happened within a tick, for recordings and the status line.
+// Values of one tick, for recordings and the status line.
 #pragma once
 
 #include "common/identify/misfit.hpp"
@@ -17,9 +17,9 @@ struct TickTrace {
   Nanoseconds playout_depth = 0;
   Nanoseconds rtt = 0;
   std::uint32_t limits = 0;
-  double share = 1.0;             // of the peer's motion that is followed; less after a gap in time
-  std::uint64_t cuts = 0;         // ticks so far in which something that the peer said was cut
-  Misfit misfit = Misfit::kNone;  // what the last identification found
+  double share = 1.0;             // of the peer's motion that is followed; below 1 after a gap in time
+  std::uint64_t cuts = 0;         // ticks so far in which a value of the peer was cut
+  Misfit misfit = Misfit::kNone;  // result of the last identification
   double shaking = 0.0;           // RMS of the own axis' velocity in the band of shaking, rad/s
 };
 

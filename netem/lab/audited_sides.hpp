@@ -1,5 +1,5 @@
-// The simulated sides of a scene with an account of the energy of both worlds. They compute the same numbers as those
-// without.
+// The simulated sides of a scene with an energy account of both worlds. They compute the same numbers as sides without
+// an account.
 #pragma once
 
 #include "netem/lab/energy_audit.hpp"

@@ -1,5 +1,6 @@
 // Both laws on both plants over a constant delay of whole ticks, engaged from the start: no codec, receiver, state
-// machine, recording. What is left is what an integrator can be blamed for, and the least that a run can cost.
+// machine or recording. The remaining errors are those of the integrator, and the time is the least that a run can
+// take.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +12,15 @@
 
 namespace farhand {
 
-// A side: one tick of its law and the time until the next, `Sent<Real> step(received, t0, t1)`, and what is sent at the
-// beginning of the tick comes back.
+// A side has `Sent<Real> step(received, t0, t1)`: one tick of its law, and its plant until the next tick. It returns
+// the motion that is sent at the beginning of the tick.
 template <class Master, class Slave>
 class BareLoop {
  public:
   using Real = typename Master::Real;
 
-  // forward, backward: delay in ticks, at least 1, because sides that tick at the same instant do not hear each other.
+  // forward, backward: delay in ticks, at least 1, because sides that tick at the same instant cannot receive each
+  // other's motion in that tick.
   BareLoop(Master master, Slave slave, double tick_s, std::size_t forward, std::size_t backward, Real x_start)
       : master_(std::move(master)),
         slave_(std::move(slave)),
@@ -38,9 +40,9 @@ class BareLoop {
     if (++backward_ == to_master_.size()) backward_ = 0;
   }
 
-  // Since the start; the end of the last tick.
+  // Time of the end of the last tick, from the start.
   double time() const noexcept { return static_cast<double>(ticks_) * tick_s_; }
-  // What the slave hears in the next tick.
+  // The motion that the slave receives in the next tick.
   const Sent<Real>& at_slave() const noexcept { return to_slave_[forward_]; }
   const Master& master() const noexcept { return master_; }
   const Slave& slave() const noexcept { return slave_; }

@@ -1,6 +1,6 @@
-// The patient's side with the orthosis: the loops of its MCU in floating point, so that encoders may be ideal and the
-// scalar any, and the references of the station without the serial line between them. Faults, watchdog and the gates on
-// frames are left out; limits of torque and motor speed are not.
+// The patient's side with the orthosis: the loops of its MCU in floating point, so that encoders may be ideal and any
+// scalar type can be used, and the references of the station without a serial line between them. Faults, watchdog and
+// the gates on frames are left out; limits of torque and motor speed are included.
 //
 //   v_motor = v_joint + gain (tau_ref - tau_spring),   DOB and RTOB on the spring torque (slave/mcu/orthosis_mcu.cpp)
 #pragma once

@@ -1,4 +1,4 @@
-// A bare loop behind one face: which scene, which integrator, at which step or tolerance.
+// A bare loop behind one interface, for any scene, integrator, step or tolerance.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ enum class BareMethod : std::uint8_t {
   kCvodeBdf,
   kCvodeAdams,
   kClosedFormLong,  // long double, law and plant
-  kWorld,           // what the scene itself asks for
+  kWorld,           // the method that the scene asks for
 };
 
 constexpr std::string_view name_of(BareMethod method) {
@@ -36,7 +36,7 @@ constexpr std::string_view name_of(BareMethod method) {
       name_of(Method::kClosedForm), "CVODE BDF", "CVODE Adams", "closed form, long double", "scene's own"};
   return kNames[static_cast<std::size_t>(method)];
 }
-// In the step; 0 where there is none.
+// Order of convergence in the step; 0 if the method has no step.
 constexpr int order_of(BareMethod method) {
   constexpr std::array<int, 10> kOrders{
       SemiImplicitEuler::kOrder, Rk4::kOrder, Sdirk2::kOrder, Rosenbrock::kOrder, DormandPrince::kOrder, 0, 0, 0, 0, 0};
@@ -58,23 +58,23 @@ struct BareChoice {
 // At the end of each tick; the truth of the plants, not what encoders read.
 struct Trajectory {
   std::vector<double> x_m, x_s, f_m, f_s;  // rad, N m
-  std::string failure;                     // what a solver said, if it did not reach the end as asked
+  std::string failure;                     // sentence of a solver that did not reach the end
   std::uint64_t steps = 0, events = 0;     // of both sides
 };
 
 class BareRun {
  public:
   virtual ~BareRun() = default;
-  // Nothing but the loop.
+  // Runs only the loop.
   virtual void run(std::int64_t ticks) noexcept = 0;
   virtual Trajectory record(std::int64_t ticks) = 0;
 };
 
-// The scene must be complete, as load_scene returns it. ideal: encoders read what is true. Throws std::invalid_argument
-// with the reason if the method cannot propagate the scene.
+// The scene must be complete, as load_scene returns it. ideal: encoders read the true angles. Throws
+// std::invalid_argument with the reason if the method cannot propagate the scene.
 std::unique_ptr<BareRun> make_bare_run(const scene::Scene& scene, const BareChoice& choice, bool ideal = true);
 
-// The integrators that its two worlds run with, in words.
+// The integrators of the scene's two worlds, as text.
 std::string methods_of(const scene::Scene& scene);
 
 // Why the closed form cannot propagate it; empty if it can.

@@ -1,5 +1,5 @@
-// What stands behind a plant of a bare loop, for the sources that compile it: the product's own world for its methods,
-// and for what no product has, the solver itself: CVODE, and the closed form in long double.
+// Implementation of a plant of a bare loop, for the sources that compile it: the product's own world for its methods,
+// and the solver itself for methods that the product lacks: CVODE, and the closed form in long double.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ T read_encoder(T x, double counts_per_rev) noexcept {
   return counts_per_rev > 0 ? static_cast<T>(quantised(static_cast<double>(x), counts_per_rev)) : x;
 }
 
-// State 0 is the angle; that of a motor of its own is state 2.
+// State 0 is the angle; the angle of a separate motor is state 2.
 template <class T, class P, class Solver>
 class SolvedPlant final : public BarePlant<T> {
  public:
@@ -80,8 +80,8 @@ class SolvedPlant final : public BarePlant<T> {
   double counts_per_rev_, motor_counts_per_rev_;
 };
 
-// Rounding the input to double would be the largest error of a reference in long double: what it loses is added to the
-// flow.
+// Rounding the input to double would be the largest error of a reference in long double; the rounded part is added to
+// the flow.
 template <class P>
 class LongHeld : public P {
  public:
@@ -129,7 +129,7 @@ std::unique_ptr<BarePlant<T>> solved(const P& plant, const BareChoice& choice, c
   }
 }
 
-// The same where friction decides what plant it is.
+// The same for plants whose type depends on the friction.
 template <class T, template <Friction> class PlantWith, class Params>
 std::unique_ptr<BarePlant<T>> solved_axis(const Params& params, const BareChoice& choice) {
   const EncoderCounts counts{params.motor.encoder_counts_per_rev, 0};
@@ -146,7 +146,8 @@ std::unique_ptr<BarePlant<T>> solved_axis(const Params& params, const BareChoice
 
 inline bool is_cvode(BareMethod method) { return method == BareMethod::kCvodeBdf || method == BareMethod::kCvodeAdams; }
 
-// The product's own method under the settings of the choice, stable or not: what a step too long does is shown.
+// The product's own method with the settings of the choice, stable or not, so that the effect of too long a step is
+// shown.
 inline WorldNumerics numerics_of(const scene::Scene& scene, const BareChoice& choice) {
   if (choice.method == BareMethod::kWorld) return world_numerics(scene);
   constexpr std::array kOfWorld{Method::kSemiImplicitEuler, Method::kRk4,      Method::kSdirk2,

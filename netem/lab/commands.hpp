@@ -13,7 +13,7 @@ using Action = std::function<int()>;  // the exit code
 struct LabCommand {
   const char* name;
   const char* purpose;
-  // Binds its options to a choice of its own; the action runs it with what was chosen.
+  // Binds the command's options to variables; the action runs the command with their values.
   Action (*add)(Command command);
 };
 
@@ -34,7 +34,7 @@ Action add_compare(Command command);
 Action add_endure(Command command);
 Action add_explain(Command command);
 
-// Many at once, or the same in many ways.
+// Many sessions at once, or one in many variants.
 Action add_limits(Command command);
 Action add_precision(Command command);
 Action add_sweep(Command command);

@@ -28,19 +28,19 @@ struct ComparedSession {
   AlignedSession curves;
 };
 
-// In the order in which they were asked for, a run of the lab behind the directory that it repeats. Throws one clear
-// sentence for the first mistake; nothing is run before all of it is known to be right.
+// In the order of the request; a run of the lab follows the directory that it repeats. Throws one clear sentence for
+// the first mistake; no session runs before the whole request is known to be valid.
 std::vector<ComparedSession> compared_sessions(const ComparisonAsked& asked);
 
-// Processes against the lab.
+// Difference of the steady ratio between processes and lab.
 struct SteadyDifference {
   std::size_t processes, lab;  // which of the sessions
-  double force_ratio;          // of the processes less that of the lab; NaN where there is none
+  double force_ratio;          // of the processes less that of the lab; NaN if absent
   std::string absent_because;  // not empty exactly then
 };
 
-// One for every pair of processes and lab whose settings are the same, except how processes run on their machine; and
-// one that says what differs where a session of processes has only lab runs of the same name and other settings.
+// One for every pair of processes and lab with the same settings, except those of the processes' machine. If a session
+// of processes has only lab runs of the same name with other settings, one that names the difference.
 std::vector<SteadyDifference> steady_differences(const std::vector<ComparedSession>& sessions);
 
 }  // namespace farhand

@@ -1,6 +1,6 @@
-// CVODE of SUNDIALS behind the interface of our own integrators: the competitor whose error and time stand beside
-// theirs, and the second opinion on a reference. Dense Newton with the plant's own Jacobian, its guards as root
-// functions. The held input jumps at every advance, so each starts the multistep method anew.
+// CVODE of SUNDIALS behind the interface of our own integrators: for comparison of error and time, and as a second
+// reference. It uses dense Newton with the plant's own Jacobian, and the guards as root functions. The held input jumps
+// at every advance, so that each advance starts the multistep method anew.
 #pragma once
 
 #include <algorithm>
@@ -17,12 +17,12 @@ namespace farhand {
 
 enum class CvodeMethod { kBdf, kAdams };
 
-bool has_cvode() noexcept;  // false: built without, and a core throws
+bool has_cvode() noexcept;  // false: built without CVODE, and a core throws
 
 // The library, without knowing any plant.
 class CvodeCore {
  public:
-  // What CVODE asks of the plant; `self` is handed back.
+  // Functions of the plant that CVODE calls; `self` is passed to them.
   struct Problem {
     void* self;
     void (*derivative)(void* self, double t, const double* x, double* dx);
@@ -39,7 +39,8 @@ class CvodeCore {
 
   double* state() noexcept;
   void restart(double t) noexcept;
-  // To t1 or the first guard that falls to zero; then `guard` is its number, else -1. False: CVODE gave up.
+  // Runs to t1 or to the first guard that falls to zero; `guard` is then its number, else -1. Returns false if CVODE
+  // fails.
   bool run(double t1, double& t, int& guard) noexcept;
   std::uint64_t steps() const noexcept { return steps_; }
   std::uint64_t derivatives() const noexcept { return derivatives_; }
@@ -102,7 +103,7 @@ class CvodeIntegrator {
   }
 
  private:
-  // A held input that jumped may have ended the mode at once, and root functions look for a change of sign only.
+  // A jump of the held input may have ended the mode at once, but root functions only detect a change of sign.
   void settle() noexcept {
     for (int round = 0; round < 8; ++round) {
       const auto all = task_->plant->guards(task_->mode, t_, x_);
@@ -111,7 +112,7 @@ class CvodeIntegrator {
       task_->mode = task_->plant->cross(task_->mode, static_cast<std::size_t>(ended - all.begin()), t_, x_);
     }
   }
-  // At an address that stays when the integrator moves.
+  // Kept at an address that does not change when the integrator object is moved.
   struct Task {
     const P* plant;
     Mode mode;

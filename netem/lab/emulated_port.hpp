@@ -1,4 +1,4 @@
-// The serial cable and the emulated orthosis behind it, as McuAxis takes a port.
+// The serial cable and the emulated orthosis behind it, in the form of a port for McuAxis.
 #pragma once
 
 #include <span>

@@ -1,18 +1,18 @@
-// Does the energy of a simulated world balance? What drive and intention put in, less what was lost, must be found in
-// what is stored. A second world that gets the same inputs in shorter pieces tells the power in between, so that the
-// audit does not share the steps of what it judges.
+// Checks the energy balance of a simulated world: energy supplied by drive and intention, less the losses, must equal
+// the change of the stored energy. A second world, which gets the same inputs in shorter pieces, gives the power in
+// between, so that the audit does not use the steps that it checks.
 //
-// What may be left of a world that is exact, and grows with the time of day:
-//   A time t is kept to ulp(t) / 2, at most eps t / 2. So the audit looks at the power that much too early or late, and
-//   its sum over a node moves by weight h |dP/dt| eps t / 2; and where a power jumps between two inputs, because what
-//   is intended takes up its velocity at once, the two sides of the jump have up to eps t more or less than they
-//   should. Together at most eps t times the variation of both powers. The lengths of the steps are differences of
-//   times of like size, and exact.
-// And what does not grow:
-//   Each interval rounds the state, what is stored and the sum, eight times by eps / 2 at most: of what is stored, and
-//   of torque times angle, which is the work that it takes to move the angle by its own rounding. The nodes leave
-//   h^7 / 2016000 of the sixth derivative of the power besides: with the motor of an orthosis, 188 1/s, and loops of
-//   0.5 ms some 1e-14 J for each W by which a command changes the power, which is below that.
+// The residual of an exact world has a part that grows with the time t:
+//   A time t is known to ulp(t) / 2, at most eps t / 2. The audit evaluates the power by this much too early or late,
+//   which changes its sum at a node by weight h |dP/dt| eps t / 2. Where a power jumps between two inputs, because the
+//   intended velocity jumps, the two sides of the jump last up to eps t too long or too short. Together this is at most
+//   eps t times the variation of both powers. The lengths of the steps are differences of times of similar size, and
+//   exact.
+// A second part does not grow:
+//   Each interval rounds the state, the stored energy and the sum, at most eight times by eps / 2, relative to the
+//   stored energy and to torque times angle, which is the work of moving the angle by its own rounding. The nodes leave
+//   an error of h^7 / 2016000 of the sixth derivative of the power: with the motor of an orthosis, 188 1/s, and loops
+//   of 0.5 ms, about 1e-14 J for each W by which a command changes the power, which is smaller.
 #pragma once
 
 #include <cmath>
@@ -23,10 +23,10 @@
 namespace farhand {
 
 struct EnergyBalance {
-  double residual_j = 0;        // stored - supplied + dissipated since the start: what the world made of nothing
+  double residual_j = 0;        // stored - supplied + dissipated since the start
   double worst_interval_j = 0;  // largest |residual| of one interval in which an input was held
   double exchanged_j = 0;       // sum of |supplied| and dissipated: the measure for the residual
-  double rounding_j = 0;        // what rounding alone can leave of the residual
+  double rounding_j = 0;        // bound of the residual from rounding alone
 };
 
 template <class World>
@@ -37,8 +37,8 @@ class EnergyAudit {
 
   // After the world was advanced from t0_s to t1_s under the input.
   void add(const World& world, double input, double t0_s, double t1_s, EnergyBalance& balance) noexcept {
-    // Gauss & Legendre with three nodes, all of them inside: at its ends an interval may meet an intended motion that
-    // changes its velocity at once. Order 6.
+    // Gauss-Legendre with three nodes, all inside the interval, because the intended velocity may jump at its ends.
+    // Order 6.
     constexpr double kNode = 0.7745966692414834, kAt[] = {0.5 - 0.5 * kNode, 0.5, 0.5 + 0.5 * kNode};
     constexpr double kWeight[] = {5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0};
     const double h = t1_s - t0_s;
@@ -46,7 +46,8 @@ class EnergyAudit {
     for (int i = 0; i < 3; ++i) {
       second_.advance(input, t0_s + kAt[i] * h);
       const PowerFlow flow = second_.power();
-      // The input jumps between two intervals, at the same time for all. What it does not act on tells of other jumps.
+      // The input jumps between two intervals, at the same time for all powers. Powers on which it does not act show
+      // other jumps.
       variation += (i > 0 ? 1 : 2) * std::fabs(flow.dissipated - last_.dissipated);
       if (i > 0) variation += std::fabs(flow.supplied - last_.supplied);
       last_ = flow;

@@ -1,5 +1,5 @@
-// Which blocks does a scene consist of, which does it leave out and why, and what does each cost? The reasons are made
-// of the scene's own values; the times are measured in the very call, on the scene's own motion.
+// Lists the blocks of a scene and those that it leaves out, with reasons and costs. The reasons contain the scene's own
+// values; the times are measured within the call, on the scene's own motion.
 #pragma once
 
 #include <cstdint>
@@ -61,12 +61,12 @@ struct Block {
   std::string name;
   bool contained = false;
   std::string reason;      // why it is there, or why not
-  std::string needless{};  // contained, but this scene could do without: how
+  std::string needless{};  // contained, but not needed by this scene: how to leave it out
   std::size_t bytes = 0;   // 0: no memory of its own
   Cost cost{};
 };
 
-// What advances a simulated world.
+// The integrator of a simulated world.
 struct PlantChoice {
   std::string plant;   // master or slave
   std::string asked;   // by the scene
@@ -74,7 +74,7 @@ struct PlantChoice {
   double step_s = 0;
   double largest_rate_per_s = 0;  // largest |lambda| of all modes
   double rate_times_step = 0;
-  double limit = 0;     // beyond which an explicit method blows up
+  double limit = 0;     // beyond which an explicit method diverges
   std::string because;  // in words
 };
 

@@ -1,4 +1,4 @@
-// What the blocks inside a station cost by themselves, on what they saw in the scene's own run.
+// Costs of the single blocks inside a station, on their inputs from the scene's own run.
 #pragma once
 
 #include <vector>
@@ -10,16 +10,16 @@
 
 namespace farhand {
 
-// What one side saw.
+// Inputs of the blocks of one side.
 struct BlockInputs {
   bool master;
   const std::vector<StationSample>& rows;
   std::vector<Arrival> arrivals;
 };
 
-// Nothing for what is no block inside a station, or only a value in another block.
+// Unmeasured for a block that is not inside a station, or is only a value in another block.
 Cost cost_of_block(const Block& block, const BlockInputs& in, const StationParams& params);
-// The whole law of a side, through its face.
+// Cost of the whole law of a side, through its interface.
 Cost cost_of_law(const BlockInputs& in, const StationParams& params);
 
 }  // namespace farhand

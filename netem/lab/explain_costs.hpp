@@ -5,7 +5,7 @@
 
 namespace farhand {
 
-// Runs the scene, then each contained block alone on what it saw in that run.
+// Runs the scene, then each contained block alone on its inputs from that run.
 void add_costs(const LoadedScene& loaded, Explanation& explanation);
 
 }  // namespace farhand

@@ -7,7 +7,7 @@
 
 namespace farhand {
 
-// A packet per tick on its way there. Returns how many came.
+// Sends a packet per tick over the forward path. Returns the number of arrivals.
 std::size_t carry(const scene::Scene& scene, std::size_t ticks);
 std::size_t link_bytes();
 

@@ -1,4 +1,4 @@
-// Which integrator the worlds of a scene get, with the stiffness estimate behind it, and what comes with it.
+// The integrators of a scene's worlds, with the stiffness estimates for the choice and the blocks that they need.
 #pragma once
 
 #include "netem/lab/explain.hpp"

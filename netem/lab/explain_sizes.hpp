@@ -5,7 +5,7 @@
 
 namespace farhand {
 
-// What the compiler gives each block, station and side.
+// Sizes by the compiler, of each block, station and side.
 void add_sizes(const scene::Scene& scene, Explanation& explanation);
 
 }  // namespace farhand

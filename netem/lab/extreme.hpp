@@ -1,6 +1,6 @@
-// The catalogue of stiff and extreme cases. Each case says beforehand what must come out: accurate to X against a
-// second way that shares no code with the first, bounded by X with the reason why no more can be promised, or refused
-// with a reason. A case that comes out otherwise, better or worse, is not as expected.
+// The catalogue of stiff and extreme cases. Each case states its result beforehand: accurate to X against a second
+// computation that shares no code with the first, bounded by X with the reason why no more can be promised, or refused
+// with a reason. Any other result, better or worse, is not as expected.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace farhand::extreme {
 
-// Where a number can go bad, in the order in which numbers travel.
+// Blocks in which a number can become invalid, in the order of the data flow.
 enum class Block {
   kNone,
   kSettings,
@@ -49,15 +49,15 @@ inline Expected refused(std::string reason, Block first_bad = Block::kNone) {
 struct Outcome {
   static constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-  double error = kNan;     // against the second way; kBounded: the bounded quantity itself
+  double error = kNan;     // against the second computation; kBounded: the bounded quantity itself
   std::string unit;        // of error
-  std::string second_way;  // what it was judged against
+  std::string second_way;  // the second computation
   std::string what;        // what happened, one sentence
   std::string cell;        // what stands in the table of the family
-  std::string refusal;     // why it did not run, or stopped and said so; empty: it ran to its end
+  std::string refusal;     // why it did not run, or why it stopped; empty: it ran to its end
   Block first_bad = Block::kNone;
-  bool bad_at_actuator = false;  // a command that is not finite: never right
-  double energy = kNan;          // largest imbalance of a plant over what it turned over; NaN: no plant
+  bool bad_at_actuator = false;  // a command that is not finite, which is always an error
+  double energy = kNan;          // largest imbalance of a plant over its exchanged energy; NaN: no plant
   double energy_within = 1e-6;   // what its integrator and the quadrature of the balance allow
   std::uint64_t work = 0;        // ticks, or evaluations of a derivative
   std::uint64_t budget = 2'000'000;
@@ -83,7 +83,7 @@ struct Result {
 
 std::string complaint(const Expected& expected, const Outcome& outcome);
 
-// In the order of `cases`, whatever the number of threads. A case that throws is refused with what it said.
+// Results in the order of `cases`, whatever the number of threads. A case that throws is refused with its sentence.
 std::vector<Result> run(const std::vector<Case>& cases, const Workload& work);
 
 }  // namespace farhand::extreme

@@ -1,4 +1,4 @@
-// The second way for plants: written from the physics, in long double, without any code of the product.
+// The second computation for plants: written from the physics, in long double, without any code of the product.
 #pragma once
 
 #include <array>

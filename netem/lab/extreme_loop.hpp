@@ -1,6 +1,6 @@
-// The bare loop: both laws on both plants over a constant delay, nothing else. It is linear between samples, so there
-// is a second way that is exact: the same equations written by hand in long double, both plants advanced by the closed
-// form of a damped oscillator, and the eigenvalues of the whole.
+// The bare loop: both laws on both plants over a constant delay, nothing else. It is linear between samples; therefore
+// an exact second computation exists: the same equations written by hand in long double, both plants advanced by the
+// closed form of a damped oscillator, and the eigenvalues of the whole.
 #pragma once
 
 #include <string>
@@ -30,7 +30,8 @@ struct LoopPlan {
 };
 
 // error: largest distance of a position of the product from the exact one, over the largest position so far: relative.
-// `what` names the spectral radius and what the loop did. An unstable loop is followed until it has grown 1e6 times.
+// `what` names the spectral radius and the behaviour of the loop. An unstable loop is followed until it has grown 1e6
+// times.
 Outcome run_loop(const LoopPlan& plan);
 
 Case loop_case(std::string family, std::string name, Expected expected, LoopPlan plan);

@@ -1,4 +1,4 @@
-// A plant alone under one method, over ticks of held input, beside its second way, with its energy.
+// A plant alone under one method, over ticks of held input, compared with its second computation, with its energy.
 #pragma once
 
 #include <algorithm>
@@ -30,20 +30,20 @@ struct PlantPlan {
   std::vector<double> corners;  // angles where a power has a kink within a mode: the ends of springs
   IntegratorSettings settings{.max_step = 0.5e-3, .rtol = 1e-12, .atol = 1e-14, .max_events = 100'000};
 };
-// x as the second way has it at the end of each tick, asked for in turn.
+// x of the second computation at the end of each tick, called in order.
 using SecondWay = std::function<double(int tick, double input)>;
 
-// What a plant did, for cases and for the table of methods.
+// Results of a plant, for cases and for the table of methods.
 struct PlantRecord {
   double error = 0;      // largest |x - second way| at a tick
-  double gained = 0;     // largest energy out of nothing over what was turned over
+  double gained = 0;     // largest energy gained without source, over the exchanged energy
   double imbalance = 0;  // the same, either sign
   IntegratorStatus status = IntegratorStatus::kOk;
   IntegratorCounters counters;
   bool finite = true;
 };
 
-// Energy turned over, for all runs: stored at most, and what went in and out.
+// Exchanged energy, for all runs: largest stored energy, and energy in and out.
 class Turnover {
  public:
   // balance: supplied less dissipated so far; work: of the held torque so far, exact whatever the method.
@@ -90,8 +90,8 @@ PlantRecord run_stepping(const PlantPlan<P>& plan, const SecondWay& second_way) 
   return record;
 }
 
-// The closed form has no place for a quadratic, so its energy is integrated over its own dense output, piece by piece
-// and up to each change of the mode.
+// The closed form cannot propagate a quadratic quantity; therefore its energy is integrated over its own dense output,
+// piece by piece and up to each change of the mode.
 template <AffinePlant P>
 class DenseBalance {
  public:
@@ -123,7 +123,7 @@ class DenseBalance {
     if (at_a != at_b) return 0.0;
     return smooth(at_a.mode, a, b, gauss(at_a.mode, a, b), depth);
   }
-  // Halved until the halves agree with the whole: what has just been pushed settles in no time.
+  // Halved until the halves agree with the whole, because a plant that has just been pushed settles very fast.
   double smooth(Mode m, double a, double b, double whole, int depth) const {
     const double middle = 0.5 * (a + b), left = gauss(m, a, middle), right = gauss(m, middle, b);
     const double sum = left + right;
@@ -152,7 +152,7 @@ PlantRecord run_closed(const PlantPlan<P>& plan, const SecondWay& second_way) {
   Turnover energy;
   double balance = 0, work = 0, last = plan.start[0];
   energy.add(plant.stored_energy(0.0, plan.start), 0.0, 0.0);
-  // Pieces so short that three points see every swing.
+  // Pieces so short that three points resolve every oscillation.
   double fastest = 0;
   for (const Situation<P>& s : plant.situations())
     fastest = std::max(fastest, std::abs(fastest_eigenvalue(plant, s.mode, s.t, s.x)));
@@ -165,7 +165,7 @@ PlantRecord run_closed(const PlantPlan<P>& plan, const SecondWay& second_way) {
     solver.advance(plant, end);
     if (solver.counters().events == before.counters().events) {
       balance += over(begin, end);
-    } else {  // the same again in pieces so short that no contact hides in one
+    } else {  // the same in pieces so short that none can hide a contact
       solver = before;
       for (int i = 0; i < pieces; ++i) {
         const double a = i == 0 ? begin : solver.time();

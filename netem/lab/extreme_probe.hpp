@@ -1,4 +1,4 @@
-// What is watched while a case runs: the first number that is not one, and the energy of a plant.
+// Monitors of a running case: the first number that is not finite, and the energy of a plant.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace farhand::extreme {
 
-// Told everything in the order in which numbers travel, so that the first bad one is where it began.
+// It gets all numbers in the order of the data flow, so that the first bad one shows the block where it began.
 class Watch {
  public:
   void see(Block block, double value) noexcept {

@@ -1,4 +1,4 @@
-// What the catalogue found, for machines and for readers. Nothing here depends on the wall clock or on the number of
+// Results of the catalogue, for machines and for readers. They do not depend on the wall clock or the number of
 // threads.
 #pragma once
 

@@ -1,4 +1,4 @@
-// A whole session as `simulate` runs it, with what a lab needs on top: encoders that fail, a link that tampers, a clock
+// A whole session as `simulate` runs it, with additions for the lab: encoders that fail, a link that tampers, a clock
 // that is set, and the energy of both worlds.
 #pragma once
 
@@ -70,8 +70,8 @@ struct SessionRecord {
 // Throws ConfigError or std::invalid_argument if the scene is refused.
 SessionRecord run_session(const SessionPlan& plan);
 
-// What a session is judged by: engaged at its end and the angles where statics has them, or refused with the states of
-// both sides. master_x, slave_x: closed form.
+// Judges a session: engaged at its end with the angles of statics, or refused with the states of both sides. master_x,
+// slave_x: angles by the closed form.
 Outcome judge_session(const SessionRecord& record, double master_x, double slave_x, std::string second_way);
 
 // Where arm and hand, or wall, balance. Plain four channels: x = (K_h A + k at)/(K_h + k) on both sides. CDOB with the
@@ -81,7 +81,8 @@ struct Balance {
 };
 Balance balance_of(const scene::Scene& scene);
 Outcome judge_session(const SessionRecord& record);
-// What no setting may do: leave the stops. One that swings must have been warned of at load, or show a limit that acts.
+// No setting may make a side leave the stops. For a side that swings there must be a warning at load, or a limit that
+// acts.
 Outcome judge_bounded(const SessionRecord& record);
 
 }  // namespace farhand::extreme

@@ -1,4 +1,4 @@
-// What the rows of the matrix have in common: the promised times, and what a class of faults leads to in each state.
+// Common parts of the rows of the matrix: the promised times, and the result of each class of faults in each state.
 #pragma once
 
 #include <initializer_list>
@@ -14,7 +14,7 @@ using S = StationState;
 inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kInf = std::numeric_limits<double>::infinity();
 
-// The promises, in ms. What is under way when the network is cut still arrives.
+// The promised times, in ms. Packets that are under way when the network is cut still arrive.
 inline constexpr double kFlight = 30, kTickMs = 1, kCableMs = 2;
 inline constexpr double kNetwork = kFlight + 100 + kTickMs;
 inline constexpr double kSerial = 50 + kTickMs;
@@ -55,9 +55,10 @@ inline Expected with_master(Expected e, Reason reason) {
   e.master_reason = reason;
   return e;
 }
-// One side notices, the other hears of it one flight later.
+// One side detects the fault, the other one gets its packet one flight later.
 inline Expected deaf_slave(At at) {
-  // The therapist's device aligns with what it hears, and waits for a patient's side that does not.
+  // The therapist's device aligns with the motion that it receives, and waits for a patient's side that does not
+  // engage.
   if (at == At::kAligning) return {S::kReady, S::kEngaged, Reason::kTested, Reason::kAligned};
   return at_work(at) ? with_master(silent(at), Reason::kPeerLetGo) : rides(at);
 }
@@ -83,7 +84,8 @@ inline Expected device_gone(At at, double within_ms, double let_go_within_ms) {
   e.slave = S::kOff, e.slave_reason = Reason::kDeviceLost;
   return e;
 }
-// Its MCU, or it, found a sensor wrong; the MCU is in a fault at once and says 16 ms later at most why.
+// The MCU, or the side itself, found a faulty sensor. The MCU is in a fault at once and reports the reason at most 16
+// ms later.
 inline Expected sensor_wrong(At at, Reason reason, double within_ms, double let_go_within_ms) {
   Expected e = device_lost(at, within_ms, let_go_within_ms);
   e.slave = S::kFault, e.slave_reason = reason;

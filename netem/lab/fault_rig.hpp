@@ -1,6 +1,6 @@
-// A whole session in virtual time in which everything can fail: both processes, their clocks, the network, the serial
+// A whole session in virtual time in which every part can fail: both processes, their clocks, the network, the serial
 // cable, and the orthosis with its MCU, supply and sensors. The stations, the codec, the sealing and the MCU core are
-// those of the programs; packets arrive at ticks, as they do there.
+// those of the programs; packets arrive at ticks, as in the programs.
 #pragma once
 
 #include <deque>
@@ -23,8 +23,8 @@ struct Letter {
 // One direction of the network.
 struct Way {
   Nanoseconds delay;
-  bool cut = false;                         // what is sent now is lost
-  std::function<void(Packet<1>&)> content;  // changes what the sender says
+  bool cut = false;                         // packets sent now are lost
+  std::function<void(Packet<1>&)> content;  // changes the content of packets
   std::function<void(Way&, Letter)> carry;  // instead of post()
   std::deque<Letter> pending = {};          // the earliest due first
 
@@ -35,7 +35,7 @@ struct Process {
   std::unique_ptr<Side> side;
   Way* in = nullptr;
   bool runs = true;
-  Nanoseconds clock = 0;  // what its clock shows more than the others'
+  Nanoseconds clock = 0;  // advance of its clock over the others
   Nanoseconds started = 0, ticked = 0;
 };
 
@@ -43,8 +43,8 @@ struct Process {
 struct Cable {
   bool from_mcu = true, to_mcu = true, plugged = true;
   double noise = 0;  // share of the bytes that are damaged, both ways
-  // What an adapter, a driver or a throttled line does: bytes come later, in order. The adapter sends what it collected
-  // from the MCU when its latency timer is over, or once it has so many bytes.
+  // Effect of an adapter, a driver or a throttled line: bytes come later, in order. The adapter sends the bytes that it
+  // has collected from the MCU when its latency timer ends, or when it has this number of bytes.
   Nanoseconds lag_to_mcu = 0, lag_from_mcu = 0;
   Nanoseconds latency_timer = 0;
   std::size_t collects = 62;
@@ -76,10 +76,10 @@ class FaultRig {
   // Null for a direct drive.
   OrthosisEmulator* orthosis() noexcept;
 
-  // What the device does to the hand now, N m: the larger of what it exerts and what its drive is told.
+  // Present torque of the device on the hand, N m: the larger of the applied and the commanded one.
   double torque() const noexcept;
   double velocity() const noexcept;  // rad/s, of the hand
-  bool lets_go() const noexcept;     // nothing is commanded, and the MCU, if any, is at rest
+  bool lets_go() const noexcept;     // no torque is commanded, and the MCU, if any, is at rest
 
  private:
   struct Link;

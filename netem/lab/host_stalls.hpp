@@ -1,4 +1,4 @@
-// When the host of a side does not run its program: proto/scene.proto, Host.
+// Times at which the host of a side does not run its program: proto/scene.proto, Host.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace farhand {
 
 class HostStalls {
  public:
-  // seed: of the scene. Without a host that stalls, it never does.
+  // Uses the seed of the scene. Without the setting the host never stalls.
   HostStalls(const scene::Scene& scene, bool master);
 
   // Asked with a time that does not fall.
@@ -32,7 +32,7 @@ class HostStalls {
   Nanoseconds first_, from_ = 0, until_ = 0;
 };
 
-// For what runs every tick: throws std::invalid_argument if a host is to stall.
+// For commands that run every tick: throws std::invalid_argument if a host is to stall.
 inline void refuse_host_stalls(const scene::Scene& scene, const std::string& who) {
   if (!scene.master().has_host() && !scene.slave().has_host()) return;
   throw std::invalid_argument(std::string(scene.master().has_host() ? "master.host" : "slave.host") + ": " + who +

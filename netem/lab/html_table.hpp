@@ -1,4 +1,4 @@
-// How the lab's catalogues look as HTML: tables under a verdict, readable on paper.
+// The lab's catalogues as HTML: tables under a verdict, readable on paper.
 #pragma once
 
 #include <string>

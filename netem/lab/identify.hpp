@@ -1,4 +1,4 @@
-// What the axis is that moved in a recording: inertia, friction, weight; of the orthosis also its spring.
+// Estimates the parameters of the axis in a recording: inertia, friction, weight; of the orthosis also its spring.
 #pragma once
 
 #include <iosfwd>
@@ -23,22 +23,21 @@ struct Identified {
   Misfit axis_misfit = Misfit::kNone;
   std::optional<SpringEstimate> spring;  // of the orthosis
   Misfit spring_misfit = Misfit::kNone;
-  std::optional<Estimate> torque_scale;  // where an inertia was told
+  std::optional<Estimate> torque_scale;  // if an inertia was given
 };
 
-// What else is known, to tell the torque constant from the inertia.
+// Known inertias, which separate the torque constant from the inertia.
 struct KnownInertia {
   std::optional<double> own_kgm2;
   std::string loaded;  // recording with an inertia added
   double added_kgm2 = 0.0;
 };
 
-// side: master, slave, mcu, or empty where the recording holds one, or one that was led to be identified. Throws
-// std::runtime_error or std::invalid_argument with a sentence when the recording cannot be read or does not hold what
-// it takes.
+// side: master, slave, mcu, or empty if the recording holds one side, or one that was led for identification. Throws
+// std::runtime_error or std::invalid_argument with a sentence if the recording cannot be read or lacks needed data.
 Identified identify_recording(const std::string& file, const std::string& side, const KnownInertia& known = {});
 
-// Whether what was asked for was found: the axis, or else the spring.
+// True if the requested estimate was found: the axis, or else the spring.
 bool accepted(const Identified& found);
 void print_identified(const Identified& found, std::ostream& out);
 Json json_of(const Identified& found);

@@ -1,5 +1,5 @@
-// Maps of where observers and force loop are stable, over g dt and J_n/J, and of what a sampled wall allows: computed
-// from the roots of the loop and, along a few lines, looked for by running the blocks themselves.
+// Maps of the stability of observers and force loop over g dt and J_n/J, and of the limits of a sampled wall. They are
+// computed from the roots of the loop and, along a few lines, found by running the blocks themselves.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// How long something takes, as medians of batches on a machine that does other things too.
+// Measures times as medians of batches, on a machine that also does other work.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace farhand {
 
 using Clock = std::chrono::steady_clock;
-// The compiler must make the value and may not know where it went.
+// Forces the compiler to compute the value.
 template <class T>
 void keep(const T& value) {
   asm volatile("" : : "r,m"(&value) : "memory");
@@ -22,7 +22,7 @@ inline double ns_since(Clock::time_point start) {
   return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
 }
 
-// Time that this thread had a processor: what others do meanwhile is not counted. Asking costs too much for one tick.
+// Processor time of this thread, without that of others. A call is too slow for measuring a single tick.
 inline double thread_ns() {
   timespec now{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -48,7 +48,7 @@ Cost measure(std::size_t ticks, Batch&& batch) {
   return summary(std::move(ns));
 }
 
-// What one part adds to a whole: pairs measured in turn, so that a machine that slows down slows both.
+// Time that one part adds to a whole: both are measured alternately, so that a machine that slows down slows both.
 template <class With, class Without>
 Cost difference(std::size_t ticks, With&& with, Without&& without) {
   std::vector<double> ns;

@@ -1,5 +1,5 @@
-// A plant that also counts, by the same integrator, the energy that came in and the energy that was lost, so that a run
-// can be held against d(stored) = supplied - dissipated.
+// A plant that also integrates, by the same integrator, the supplied and the dissipated energy, so that a run can be
+// compared with d(stored) = supplied - dissipated.
 #pragma once
 
 #include <algorithm>
@@ -47,7 +47,7 @@ class Metered {
     const PowerFlow flow = plant_.power(mode, t, own(s));
     return with(plant_.derivative(mode, t, own(s)), flow.supplied, flow.dissipated);
   }
-  // Exact for the plant; the meters' rows are differences, on which nothing depends but their own accuracy.
+  // Exact for the plant; the meters' rows are differences, which affect only the meters' own accuracy.
   StateMatrix<kStates> jacobian(Mode mode, double t, const State& s) const noexcept {
     StateMatrix<kStates> J{};
     const auto inner = plant_.jacobian(mode, t, own(s));

@@ -1,7 +1,7 @@
-// The same laws as the scenes, written by hand for one joint: no block, no vector, no template over joints. It is the
-// second opinion on what a scene computes (tests/scene_test.cpp), the measure of what composing it of blocks costs
-// (scene_bench.cpp), in long double the law of a reference, and with several runs side by side in a register the fast
-// one (netem/lab/bare_loop.hpp).
+// The same laws as in the scenes, written by hand for one joint: no block, no vector, no template over joints. It has
+// four uses: a second computation of a scene's results (tests/scene_test.cpp), a measure of the cost of composing laws
+// of blocks (scene_bench.cpp), in long double the law of a reference, and, with several runs side by side in a
+// register, a fast law (netem/lab/bare_loop.hpp).
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace farhand {
 
 enum class PlainScene { kFourChannel, kCdob, kCdobSdcv };
 
-// Least of low and u, greatest of high: without a branch, so that T may also be several numbers side by side.
+// u limited to [low, high] without a branch, so that T may also be several numbers side by side.
 template <class T>
 inline T plain_clip(T u, T low, T high) noexcept {
   const T raised = u < low ? low : u;
@@ -24,7 +24,7 @@ inline T plain_clip(T u, T low, T high) noexcept {
 }
 
 // A driven direct drive: encoder angle and received motion in, torque out. T: double, long double, or several doubles
-// side by side (a vector of the compiler; then `limits` stays 0 and what is no number is not caught).
+// side by side (a vector of the compiler; `limits` then stays 0 and NaN is not caught).
 template <PlainScene kScene, class T = double>
 class PlainStep {
  public:
@@ -64,7 +64,7 @@ class PlainStep {
         weighs_(any.gravity != 0.0),
         rubs_(any.coulomb != 0.0) {}
 
-  // At rest at x.
+  // Starts at rest at x.
   void reset(T x) noexcept {
     y_ = x;
     dis_ = T{};
@@ -82,7 +82,7 @@ class PlainStep {
     return follow(x, x_r, v_r, f_r);
   }
 
-  // Its two halves: what needs the encoder alone, and what needs the peer.
+  // The two halves of a step: the first needs only the encoder, the second the peer.
   void observe(T x) noexcept {
     const T ahead = x - y_;
     v = v_gain_ * ahead;
@@ -149,7 +149,7 @@ class PlainStep {
       return u;
     }
   }
-  // Says which limit acted.
+  // Limits u and records the limit that acted.
   T clip(T u, T low, T high, std::uint32_t bit) noexcept {
     if constexpr (kOne) {
       if (u < low || u > high) limits |= bit;
@@ -232,7 +232,7 @@ class PlainReferenceStep {
     return plain_clip<T>(u, low, high);
   }
 
-  // The speed with which a way may be entered that ends at rest, when each tick takes change_ off it.
+  // Largest speed at the beginning of a distance that ends at rest, if each tick reduces the speed by change_.
   T entered(T way) const noexcept {
     const T q = way > 0 ? way / (change_ * dt_) : T{};
     const T whole = std::floor((std::sqrt(1 + 8 * q) - 1) / 2);

@@ -1,5 +1,5 @@
-// How accurate are the numbers of a scene, and what do they cost? Every integrator at several steps or tolerances in
-// the bare loop of the scene, against a reference whose own error is known, and against the wall clock.
+// Accuracy and cost of a scene's numbers: every integrator at several steps or tolerances in the bare loop of the
+// scene, against a reference whose own error is known, and against the wall clock.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@ struct PrecisionSettings {
   int runs = 5;            // each is timed so often; 0: not at all
   bool competitor = true;  // CVODE too
   bool has_cvode = farhand::has_cvode();
-  bool quantised = true;  // and what encoders with counts leave of it
+  bool quantised = true;  // also with encoders that have counts
   std::vector<int> steps_per_hold = {
       1, 2, 3, 4, 6, 10, 20, 50, 100};  // of the fixed step methods, between two inputs; a stiff wall adds finer ones
 };
 
-// Of both sides, whichever is worse at the time.
+// Error of the side that is worse at the time.
 struct PrecisionError {
   double end = 0, rms = 0, max = 0;
   double growth = 0;  // RMS of the last quarter over that of the worst quarter: 1 if the end is the worst
@@ -32,7 +32,7 @@ struct PrecisionRow {
   BareChoice choice;
   bool quantised = false;
   bool is_default = false;
-  bool looser_too = false;         // looser tolerances did the very same work
+  bool looser_too = false;         // looser tolerances took exactly the same steps
   std::string failure;             // empty: ran to its end
   PrecisionError position, force;  // rad, N m
   std::uint64_t steps = 0, events = 0;
@@ -49,7 +49,7 @@ struct FittedOrder {
   int points = 0;  // fewer than 2: no fit
   double position = 0, force = 0;
   double finest_s = 0, coarsest_s = 0;  // steps that the order of position is fitted over
-  bool shifts_only = false;             // the leading term of the error shifts contacts in time and does no more
+  bool shifts_only = false;             // the leading term of the error only shifts contacts in time
 };
 
 struct PrecisionResult {
@@ -57,8 +57,8 @@ struct PrecisionResult {
   double duration_s = 0, tick_s = 0, hold_s = 0;  // hold: between two inputs of the stiffer side
   int runs = 0;
   std::string methods;                               // that the scene itself asks for
-  std::string reference, second;                     // what they are, in words
-  std::string without;                               // why CVODE is not among them; empty: it is
+  std::string reference, second;                     // their descriptions
+  std::string without;                               // why CVODE is missing; empty: it is included
   PrecisionError floor_position, floor_force;        // estimated error of the reference
   PrecisionError rounding_position, rounding_force;  // of the same law and plant in double; NaN without a closed form
   PrecisionError second_position, second_force;      // the second reference against the first
@@ -72,18 +72,18 @@ PrecisionResult measure_precision(const LoadedScene& loaded, const PrecisionSett
                                   const Workload& work = 1);
 
 // Least squares of log(error) over log(step), over the finest four points that lie above their floor (10 times) and
-// below saturation: the finest, because an order is what holds in the limit. `used` are their steps, finest first.
+// below saturation. The finest ones, because an order is defined in the limit. `used` are their steps, finest first.
 struct OrderPoint {
   double step, error, floor;
 };
 double fitted_order(const std::vector<OrderPoint>& runs, double saturation, std::vector<double>& used);
 
-// Does the leading error of a method of order p leave a contact's path as it is? A step of it is that of exp(z) with
-// z = lambda h changed by C z^(p+1), so the contact moves by lambda (1 + C (lambda h)^p). Where lambda^p is real, this
-// is the same path at another speed: the axis leaves the wall as fast as it should and only at another instant. What
-// is left is late by a part of the contact, and of the next order in everything else; and as the contact is short
-// against what follows, it is the next order that shows. lambda = omega (-zeta + i sqrt(1 - zeta^2)) has the angle
-// acos(-zeta): order 3 at zeta 0.5, order 4 at 0 and 0.707, order 2 at 0.
+// True if the leading error of a method of order p leaves the path of a contact unchanged. A step of the method is
+// exp(z), z = lambda h, changed by C z^(p+1); the contact then moves with lambda (1 + C (lambda h)^p). If lambda^p is
+// real, this is the same path at another speed: the axis leaves the wall with the right speed and only at another
+// instant. The remaining error is a delay of a part of the contact, and an error of the next order in everything else.
+// Because the contact is short against the motion that follows, the next order dominates. lambda = omega (-zeta + i
+// sqrt(1 - zeta^2)) has the angle acos(-zeta): order 3 at zeta 0.5, order 4 at 0 and 0.707, order 2 at 0.
 bool shifts_contacts_only(int order, double damping_ratio);
 
 }  // namespace farhand

@@ -1,4 +1,4 @@
-// What `farhand-lab precision` found, for the terminal, for other programs and as one HTML file.
+// Results of `farhand-lab precision`, for the terminal, for other programs and as one HTML file.
 #pragma once
 
 #include <ostream>

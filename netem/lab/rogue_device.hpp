@@ -1,5 +1,5 @@
-// The device of the tested side, which tells the judge what its person feels: an axis that a torque drives, or an MCU
-// that may lie about it.
+// The device of the tested side, which gives the judge the person's true torque and motion: an axis that a torque
+// drives, or an MCU whose telemetry may lie.
 #pragma once
 
 #include <deque>
@@ -41,7 +41,7 @@ class WatchedAxis {
   double frozen_from_s_, shown_ = 0, commanded_ = 0;
 };
 
-// The serial cable and the orthosis behind it. The MCU itself is the real core; what it tells is forged on the way.
+// The serial cable and the orthosis behind it. The MCU itself is the real core; its telemetry is forged on the way.
 class WatchedPort {
  public:
   using See = std::function<void(const AtPerson&)>;

@@ -1,7 +1,8 @@
-// What a rogue peer is made of: numbers that a search can vary, and a line of text by which it can be met again.
+// The genome of a rogue peer: numbers that a search can vary, and a line of text from which the same peer can be made
+// again.
 //
-// Every gene is a whole number of 12 bits. Whoever reads them asks in a fixed order, so that a gene always means the
-// same; what a gene means is said where it is read (rogue_plan.cpp). Two characters of base64 are one gene.
+// Every gene is a whole number of 12 bits. Genes are read in a fixed order, so that a gene always has the same meaning;
+// its meaning is documented where it is read (rogue_plan.cpp). Two characters of base64 are one gene.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@
 
 namespace farhand::rogue {
 
-inline constexpr std::size_t kSegments = 4;       // what the peer does, one after the other
+inline constexpr std::size_t kSegments = 4;       // actions of the peer, one after the other
 inline constexpr std::size_t kSessionGenes = 56;  // the world, and the session as a whole
 inline constexpr std::size_t kSegmentGenes = 36;  // of one segment
 inline constexpr std::size_t kGenes = kSessionGenes + kSegments * kSegmentGenes;
@@ -27,7 +28,7 @@ struct Genome {
 };
 
 std::string text_of(const Genome& genome);
-// Throws std::invalid_argument that says what is wrong with the text.
+// Throws std::invalid_argument with the mistake in the text.
 Genome genome_of(std::string_view text);
 
 using Dice = std::mt19937_64;
@@ -45,7 +46,7 @@ class GeneReader {
  public:
   explicit GeneReader(std::span<const std::uint16_t> genes) : genes_(genes) {}
 
-  // In (0, 1). Throws std::out_of_range where there are no more genes: a mistake of who reads them.
+  // In (0, 1). Throws std::out_of_range if there are no more genes, which is a mistake of the reading code.
   double share() {
     if (next_ == genes_.size()) throw std::out_of_range("a plan reads more genes than there are");
     return (genes_[next_++] + 0.5) / kGeneValues;
@@ -53,7 +54,7 @@ class GeneReader {
   double linear(double low, double high) { return low + (high - low) * share(); }
   double logarithmic(double low, double high);
   bool chance(double probability) { return share() < probability; }
-  // Which of several, by their weights.
+  // Index of one of several choices, by their weights.
   template <std::size_t N>
   std::size_t choice(const std::array<double, N>& weights) {
     double sum = 0;

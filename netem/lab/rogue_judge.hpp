@@ -1,5 +1,5 @@
-// What a session did to the person, measured at the person and held against the lines of the acceptance. One file, to
-// be read from top to bottom.
+// Effects of a session on the person, measured at the person and compared with the limits of the acceptance. One file,
+// to be read from top to bottom.
 //
 // While driven (Aligning, Engaged, Holding); energy and torque also for as long as torque is still given afterwards, as
 // it fades out:
@@ -44,7 +44,7 @@ enum class Line : std::uint8_t {
   kPowerLetGo,
   kJump,
   kPressed,
-  kAnySpeed,  // these have no bound: what happened to the person in whatever state
+  kAnySpeed,  // these have no bound: effect on the person in any state
   kAnyPower,
   kAnyAngle,
   kAnyTorque,
@@ -55,7 +55,7 @@ inline constexpr std::size_t kBoundLines = static_cast<std::size_t>(Line::kAnySp
 const char* name_of(Line line) noexcept;
 const char* unit_of(Line line) noexcept;
 
-// The worst of a session against one line.
+// The worst value of a session against one limit.
 struct Worst {
   double value = 0, bound = 0, t_s = 0;
   double ratio = 0;  // value over bound; of a line without a bound the value

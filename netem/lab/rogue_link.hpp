@@ -1,4 +1,4 @@
-// The link by which a rogue peer reaches real programs: it has the pairing key, so it is as authentic as any.
+// The link by which a rogue peer reaches real programs. The peer has the pairing key and therefore is authentic.
 #pragma once
 
 #include <memory>

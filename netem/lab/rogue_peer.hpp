@@ -1,5 +1,5 @@
-// A peer that has the right key and means no good: makes packets by a plan, one tick after the other, and sees what the
-// person on the other side does.
+// A malicious peer with the right key: it makes packets by a plan, one tick after the other, and knows the motion of
+// the person on the other side.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace farhand::rogue {
 
-// What the peer can know of the tested side; here without delay, which no network gives it.
+// The peer's knowledge of the tested side; without delay, which is better than any network.
 struct Seen {
   double t_s = 0;
   double x = 0, v = 0, f = 0;  // true ones of the person
@@ -26,7 +26,7 @@ class Peer {
 
   bool engaged_once() const noexcept { return engaged_from_s_ >= 0; }
   double engaged_from_s() const noexcept { return engaged_from_s_; }  // < 0: not yet
-  bool silent() const noexcept { return silent_; }                    // has said its last word
+  bool silent() const noexcept { return silent_; }                    // has sent its last packet
   double last_packet_s() const noexcept { return last_packet_s_; }
 
  private:

@@ -1,4 +1,4 @@
-// What a genome means: the world in which a session takes place, and what the peer of the tested side says in it.
+// The meaning of a genome: the world of a session, and the packets of the peer in it.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@ enum class Shape : std::uint8_t {
 };
 enum class Base : std::uint8_t { kZero, kNow, kAtStart, kMirror, kCount };
 
-// One quantity that the peer says: base + amplitude * shape.
+// One quantity in the peer's packets: base + amplitude * shape.
 struct Channel {
   Shape shape;
   Base base;
@@ -55,14 +55,14 @@ struct Segment {
   StationState state, other;  // flaps between them
   double flap_hz;             // 0: does not
   Channel x, v, f;
-  bool velocity_of_x;  // v is what x does
+  bool velocity_of_x;  // v is the derivative of x
   Rhythm rhythm;
   double gap_s;
   Numbers numbers;
   Stamps stamps;
   Echoes echoes;
   double stamp_by;  // s, or s/s
-  double energy_w;  // what the sum of energy rises by
+  double energy_w;  // W, rise of the sum of energy
 };
 
 struct LastWord {
@@ -72,7 +72,7 @@ struct LastWord {
   int packets;
 };
 
-// How a telemetry channel lies while it does.
+// Errors of a lying telemetry channel.
 struct Lies {
   double from_s, until_s;  // after the engagement
   double angle, angle_hz;  // rad

@@ -1,10 +1,10 @@
 // A person who is let go: the same hand or arm in the same device, from an angle and a speed, without torque from then
-// on. What its own spring does to it then no limit can prevent, so that is what the time after a let-go is judged by.
+// on. No limit can prevent the motion by its own spring; the time after letting go is judged against this motion.
 #pragma once
 
 namespace farhand::rogue {
 
-inline constexpr double kFrozen = 5e-3;  // s, for which an encoder stands
+inline constexpr double kFrozen = 5e-3;  // s, time for which an encoder is frozen
 inline bool frozen(double from_s, double t_s) noexcept {
   return from_s >= 0 && t_s >= from_s && t_s < from_s + kFrozen;
 }
@@ -36,8 +36,8 @@ struct LetGo {
   double speed = 0, power = 0;  // the most, rad/s, W given to the person
 };
 
-// Behind an MCU the motor follows the joint so that the spring gives no torque, as fast as it can. An encoder that
-// stands in that time does so whoever stopped: it is the same device.
+// Behind an MCU the motor follows the joint as fast as it can, so that the spring gives no torque. An encoder that is
+// frozen in that time is frozen in this reference too, because it is the same device.
 LetGo let_go(const Body& body, BodyState from) noexcept;
 
 }  // namespace farhand::rogue

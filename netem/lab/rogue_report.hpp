@@ -1,4 +1,4 @@
-// What the rogue search found, as text, JSON and HTML.
+// Results of the rogue search, as text, JSON and HTML.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace farhand::rogue {
 
-// One line: what was measured, the bound, when.
+// One line: measured value, bound, time.
 std::string text_of(const Outcome& outcome);
 std::string text_of(const std::vector<CellResult>& results);
 // Every row above `ratio`, one a line, as `--replay` takes it.

@@ -1,11 +1,11 @@
-// The search: looks in one cell for the genomes that do the most to the person, and learns from what it found.
+// The search: looks in one cell for the genomes with the largest effects on the person, and learns from its results.
 //
-// An evolution strategy with an elite for every line of the judge. A new genome comes from chance (a twentieth, and all
-// of the first ones), from two elites (a tenth), or from one by changes whose number and size adapt: they grow where a
-// child surpasses its parent and shrink where it does not. One session is compared with the elites of all lines,
-// because what breaks one limit is often near to what breaks another. Where nothing is gained for long the elite of
-// that line is put aside and the search of the line starts again from chance. Nothing but the seed enters: the same
-// numbers on every machine and for any number of threads.
+// It is an evolution strategy with an elite for every limit of the judge. A new genome is random (a twentieth, and all
+// of the first ones), is combined from two elites (a tenth), or comes from one elite by changes whose number and size
+// adapt: they grow if a child surpasses its parent, and shrink if it does not. Each session is compared with the elites
+// of all limits, because a genome that breaks one limit is often near to one that breaks another. If a limit has no
+// progress for long, its elite is put aside and its search starts again at random. Only the seed is an input: the
+// numbers are the same on every machine and for any number of threads.
 #pragma once
 
 #include <functional>
@@ -40,7 +40,7 @@ struct Budget {
   double longer = 1;  // how much longer an attack lasts
 };
 
-// What is searched is behind a function, so that a test can put something in its place whose worst is known.
+// The searched function is an argument, so that a test can use a function whose maximum is known.
 using Trial = std::function<Outcome(const Genome&)>;
 CellResult search(const Cell& cell, const Trial& trial, int sessions, std::uint64_t seed);
 std::vector<CellResult> search(const std::vector<Cell>& cells, const Budget& budget, const Workload& work,

@@ -1,5 +1,5 @@
-// One session of a rogue peer against one real side, in virtual time: the station with its device and its person, and
-// a peer that is made of a genome. Packets go by without sealing, because whoever has the key can seal.
+// One session of a rogue peer against one real side, in virtual time: the station with its device and its person, and a
+// peer made from a genome. Packets are not sealed, because a peer with the key could seal them.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace farhand::rogue {
 
 enum class Device : std::uint8_t { kDirect, kMcu, kLyingMcu };
 
-// Where the search looks: who is in danger, by which law and behind which device.
+// A cell of the search: the endangered person, the law and the device.
 struct Cell {
   Against against = Against::kPatient;
   scene::Architecture architecture = scene::FOUR_CHANNEL;
@@ -24,7 +24,7 @@ struct Cell {
 
 // patient/WAVE/mcu, therapist/MODEL_MEDIATED/direct, ...
 std::string name_of(const Cell& cell);
-// Throws std::invalid_argument that names the cells there are.
+// Throws std::invalid_argument with the names of the cells.
 Cell cell_of(const std::string& name);
 std::vector<Cell> all_cells();
 
@@ -35,10 +35,10 @@ struct Outcome {
   Line worst() const noexcept;
 };
 
-// By what a session of this plan is judged. The scene is the one that the plan makes.
+// The limits for a session of this plan. The scene is the one that the plan makes.
 Allowed allowed_of(const scene::Scene& scene, const Cell& cell, const Plan& plan);
 
-// Runs sessions in a cell. What a test wants otherwise in its scene (a limit that is far away, say) it gives as sets.
+// Runs sessions in a cell. A test changes its scene (for example a limit) by `sets`.
 class Arena {
  public:
   // longer: the attack lasts this many times as long as its genome says.

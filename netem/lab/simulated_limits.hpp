@@ -1,5 +1,5 @@
-// Limits looked for by doing: the station's drive on an axis that moves exactly, a device at a sampled wall, a hand
-// that tries to draw energy from it. Nothing here knows how common/analysis computes them.
+// Limits found by simulation: the station's drive on an axis with exact motion, a device at a sampled wall, a hand that
+// tries to draw energy from the wall. This code is independent of common/analysis.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace farhand {
 
-// An axis that is pushed to 0.01 rad/s under the station's own DOB, RTOB and law; the remote side stands still.
+// An axis that is pushed to 0.01 rad/s under the station's own DOB, RTOB and law; the remote side is at rest.
 bool comes_to_rest(const SideLoop& loop, int ticks = 6000);
 
 // A device let go at rest, 1 mrad inside the wall.
@@ -22,7 +22,7 @@ enum class Between { kStraight, kSine };
 // all motions through them loses least to friction, or as a sine.
 double least_energy(const SampledWall& wall, double K, Between between);
 
-// Where holds(p) ends, halving the ratio between about half and twice of what is expected.
+// The boundary of holds(p), by halving the ratio between about half and twice the expected value.
 template <class Holds>
 double simulated_limit(double expected, const Holds& holds, int halvings = 9) {
   double low = 0.55 * expected, high = 2.1 * expected;

@@ -20,14 +20,14 @@ struct Sides {
 // The simulated sides of a scene, as every run of the lab has them.
 Sides make_sides(const scene::Scene& scene);
 
-// Sees a run as it goes and keeps of it what it likes; this one keeps nothing. What it is not told to keep is kept by
-// nobody, so a run may last for days of virtual time.
+// Observer of a run, which keeps the data that it needs; this one keeps nothing. No other data are kept, so that a run
+// may last for days of virtual time.
 class Witness {
  public:
   virtual ~Witness() = default;
   // After a tick of either side. act: what its operator did in it.
   virtual void ticked(bool /*master*/, const Side& /*side*/, double /*t_s*/, OperatorAct /*act*/) {}
-  // A tick of a side that its host did not run: the device went on to t_s, and its truth is of then.
+  // A tick that the host of a side did not run: the device went on to t_s, and its true values are of that time.
   virtual void stalled(bool /*master*/, const Side& /*side*/, double /*t_s*/) {}
   // A packet entered the link.
   virtual void sent(const LinkSample& /*packet*/) {}
@@ -37,10 +37,10 @@ struct RunCounters {
   StationCounters master, slave;
 };
 
-// Runs a scene to its end on these sides. After the first tick it touches the heap only where the witness does.
+// Runs a scene to its end on these sides. After the first tick only the witness may use the heap.
 RunCounters simulate(const LoadedScene& loaded, const Sides& sides, Witness& witness);
 
-// Keeps everything. `progress` (may be empty) is told the virtual time once per virtual second.
+// Keeps all data. `progress` (may be empty) is called with the virtual time once per virtual second.
 Session simulate(const LoadedScene& loaded, const std::function<void(double)>& progress = {});
 
 }  // namespace farhand

@@ -1,4 +1,4 @@
-// What the stations of a scene saw in a run of it, so that one can be run alone.
+// The inputs of a scene's stations in a run, so that one station can be run alone.
 #pragma once
 
 #include <algorithm>
@@ -35,7 +35,7 @@ inline std::vector<Arrival> arrivals_of(const Session& session, bool to_master) 
   return arrivals;
 }
 
-// Runs one through all of it. tick(now, row): the station's own tick.
+// Runs a station on all these inputs. tick(now, row): the station's own tick.
 template <class Station, class Tick>
 void through(Station& station, const std::vector<StationSample>& rows, const std::vector<Arrival>& arrivals,
              Tick&& tick) {

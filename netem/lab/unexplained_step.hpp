@@ -1,6 +1,6 @@
-// How far the motion to follow stepped beyond what explains it: the motions that it may come from or go to, at the
-// velocities seen around the tick, and the speed of alignment (a smoothstep is at most 1.5 times as fast as its mean of
-// 0.3 rad/s).
+// The step of the motion to follow that is not explained by the motions from which it may come or to which it may go,
+// at the velocities around the tick, or by the speed of alignment (a smoothstep is at most 1.5 times as fast as its
+// mean of 0.3 rad/s).
 #pragma once
 
 #include <algorithm>

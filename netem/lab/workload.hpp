@@ -1,5 +1,5 @@
-// A long computation in pieces, on several threads: how far it is stands on one line of stderr where that is a
-// terminal, and a signal (Ctrl-C) ends it after the pieces that run.
+// A long computation in pieces, on several threads. Its progress is shown on one line of stderr if that is a terminal,
+// and a signal (Ctrl-C) ends it after the pieces that are running.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@ namespace farhand {
 
 class StopSignals;
 
-// Not an error: somebody wanted it to end.
+// Thrown when a user ends the work; it is not an error.
 struct Stopped {
   std::size_t done, total;
   std::string what;
@@ -30,16 +30,16 @@ class Workload {
 
   int threads() const noexcept { return threads_; }
 
-  // Calls piece(k) once for each k below count, in that order, whichever thread is free. False: a signal ended it, and
-  // the pieces that did not run are the last ones. What the first of the pieces throws is thrown again once all threads
-  // have ended; the pieces behind it do not run.
+  // Calls piece(k) once for each k below count, in that order, on any free thread. Returns false if a signal ended the
+  // work; the last pieces then did not run. If pieces throw, the exception of the first one is thrown again after all
+  // threads have ended; the pieces behind it do not run.
   bool each(std::size_t count, const std::function<void(std::size_t)>& piece) const;
-  // So too, where a piece says itself of how many units it has done one: finer than a piece.
+  // The same with finer progress: each piece reports the units that it has done.
   bool each_of(std::size_t units, std::size_t count, const std::function<void(std::size_t)>& piece) const;
   void done_one() const noexcept;
 
   bool stopped() const noexcept;
-  // Takes the line off the screen, before something else is written there.
+  // Removes the line from the screen, before other output is written there.
   void wipe() const;
   // Throws Stopped where a signal ended it.
   void require_all(bool all) const;

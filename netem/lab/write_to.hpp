@@ -1,4 +1,4 @@
-// Where a command's results go.
+// Outputs of a command.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 
 namespace farhand {
 
-// "-" is standard output, nothing is nowhere, all else a new file (common/files/output.hpp); if its name is taken,
-// stderr says which one it has got. Returns its name. Throws std::runtime_error when not all of it could be written.
-// kept: what is written is of use by itself, and stays when the rest cannot be.
+// "-" is standard output, an empty name is no output, every other name a new file (common/files/output.hpp); if the
+// name is taken, the new name is printed on stderr. Returns the file's name. Throws std::runtime_error if not all data
+// could be written. kKept: partial data are useful, and are kept if the rest cannot be written.
 enum class Partial : std::uint8_t { kRemoved, kKept };
 
 template <class Write>

@@ -69,7 +69,7 @@ class OrthosisEmulator {
 
   // It hangs; the motor keeps its last command until the chip's watchdog resets it.
   void hang_mcu() noexcept { hung_loops_ = static_cast<int>(kChipWatchdogS / loop_s_); }
-  // Without supply nobody computes and the drive, whose enable is pulled down, stands.
+  // Without supply the MCU does not run, and the drive, whose enable is pulled down, stands.
   void supply(bool present) noexcept {
     if (present && !powered_) reset_mcu();
     if (!present) output_ = {};
@@ -77,7 +77,7 @@ class OrthosisEmulator {
   }
   bool supplied() const noexcept { return powered_; }
 
-  // What can break. An encoder that is off has slipped on its shaft; a frozen one shows what it showed last.
+  // Faults of the hardware. An encoder with an offset has slipped on its shaft; a frozen one keeps its last reading.
   struct Encoder {
     std::int32_t off = 0;
     bool frozen = false;
@@ -99,7 +99,7 @@ class OrthosisEmulator {
     }
   };
   SpringSensor& spring_sensor() noexcept { return spring_sensor_; }
-  // From now on it is another orthosis, whose time starts at 0.
+  // Replaces the orthosis by another one, whose time starts at 0.
   void replace_world(const SeriesElasticWorld::Params& params) {
     world_ = SeriesElasticWorld(params);
     world_since_ = ticks_ - 1;
@@ -116,7 +116,8 @@ class OrthosisEmulator {
   const SeriesElasticWorld& world() const noexcept { return world_; }
 
  private:
-  // What no counter can show, and what a world reads that left all bounds, is a count that the core finds implausible.
+  // An angle beyond the counter, or of a world that has left all bounds, becomes a count that the core finds
+  // implausible.
   std::int32_t counts(double angle, double unit) const noexcept {
     constexpr std::int32_t kImplausible = std::numeric_limits<std::int32_t>::min();
     const double count = angle / unit;
@@ -140,7 +141,7 @@ class OrthosisEmulator {
   mcu::McuOutput output_{};
 };
 
-// The emulator at the end of its serial cable: what the PC's port sees in virtual time.
+// The emulator at the end of its serial cable, as the PC's port sees it in virtual time.
 class OrthosisOnSerial {
  public:
   OrthosisOnSerial(const OrthosisEmulator::Params& params, double serial_one_way_s)
@@ -148,8 +149,8 @@ class OrthosisOnSerial {
 
   void send(const std::uint8_t* bytes, std::size_t count, Nanoseconds now) noexcept { to_mcu_.send(bytes, count, now); }
   void drop_unsent(Nanoseconds now) noexcept { to_mcu_.drop_unsent(now); }
-  // Where the emulator's own time stood still the cable's did not: what waits there, and these bytes, have arrived, so
-  // that the newest command is what the MCU acts on.
+  // The emulator's time stood still, but the time of the cable did not: the bytes that wait there, and `bytes`, have
+  // arrived, so that the MCU acts on the newest command.
   void catch_up(std::span<const std::uint8_t> bytes) noexcept {
     std::uint8_t byte = 0;
     while (to_mcu_.take(byte)) emulator_.receive(byte);

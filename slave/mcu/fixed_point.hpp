@@ -1,12 +1,12 @@
-// Scaled integers of the MCU core: the units, and a multiplication that rounds to nearest and saturates. 32 by 16 bit
-// in two halves, because an 8-bit MCU pays for a 64-bit product several times what it pays for this one.
+// Scaled integers of the MCU core: the units, and a multiplication that rounds to nearest and saturates. It multiplies
+// 32 by 16 bits in two halves, because a 64-bit product takes an 8-bit MCU several times as long.
 #pragma once
 
 #include <stdint.h>
 
 #ifdef __AVR__
 #include "slave/mcu/avr/product.hpp"
-#define FARHAND_WITH_ITS_GAIN __attribute__((always_inline))  // then it shifts by a number that is known
+#define FARHAND_WITH_ITS_GAIN __attribute__((always_inline))  // then the shift is by a constant
 #else
 #define FARHAND_WITH_ITS_GAIN
 #endif
@@ -62,7 +62,7 @@ FARHAND_WITH_ITS_GAIN inline int32_t times(int32_t value, Gain gain) {
   const auto highest_byte = [](int32_t wide) { return static_cast<int8_t>(wide >> 24); };
   Product p = product(value, gain.mantissa);
   if (gain.right > 16) {
-    // What is left of low is under a unit of high and changes the result by less than half of one.
+    // The omitted part of `low` is less than a unit of `high` and changes the result by less than half a unit.
     uint8_t right = static_cast<uint8_t>(gain.right - 17);
     for (; right >= 8; right = static_cast<uint8_t>(right - 8)) p.high >>= 8;
     p.high = ((p.high >> right) + 1) >> 1;

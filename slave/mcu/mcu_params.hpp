@@ -1,5 +1,5 @@
-// The parameters of the MCU core from SI. Runs on the PC, before any loop: what does not fit the scaled integers is
-// refused here.
+// Computes the parameters of the MCU core from SI. Runs on the PC, before any loop, and refuses values that do not fit
+// the scaled integers.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,11 @@
 
 namespace farhand::mcu {
 
-// At the joint; of the simulated motors only, whose current the MCU shows but does not use.
+// At the joint. Only for simulated motors, whose current the MCU shows but does not use.
 constexpr double kMotorTorqueNmPerA = 1.5;
 
-// Of velocity_limit, that a joint is believed to move. A hand that springs back is faster; its spring tells that.
+// Largest speed of the joint that the encoder is believed, in velocity_limit. A hand that springs back is faster, which
+// the spring's torque shows.
 constexpr double kFastest = 1.1;
 
 struct McuSettings {
@@ -29,24 +30,24 @@ struct McuSettings {
   double torque_rate_limit = 3000;
   double motor_speed_limit = 4;
   double range_min = -0.349, range_max = 0.349;  // of x_ref
-  // The gate of the references. One wrong frame moves them by a millisecond's worth: 4 mrad, 0.4 rad/s, 0.3 N m. The
-  // force rate is above what an RTOB of 200 rad/s shows of a 1 N m step, and the acceleration above four counts of a
-  // 20000-count encoder.
+  // The gate of the references. One wrong frame moves them by the step of one millisecond: 4 mrad, 0.4 rad/s, 0.3 N m.
+  // The force rate is above that of an RTOB of 200 rad/s after a step of 1 N m, and the acceleration above that of four
+  // counts of a 20000-count encoder.
   double velocity_limit = 4;  // of the joint too
   double acceleration_limit = 400;
   double force_rate_limit = 300;
   double power_limit = 2;  // W, at the hand
   // Faults.
   double spring_torque_fault = 6;
-  double encoder_speed_fault = 150;  // rad/s between two readings: what stood for 5 ms may come back
+  double encoder_speed_fault = 150;  // rad/s between two readings: a reading that stood for 5 ms may come back
   double overrun_fault_s = 0.01;     // every loop late for this long
   double watchdog_s = 0.02;
   double ramp_s = 0.05;
-  // The patient's stop: 3 N m in 2 ms is within the rate of the torque. A key held for 0.1 s is no glitch.
+  // The patient's stop: 3 N m in 2 ms is within the rate limit of the torque. A key held for 0.1 s is not a glitch.
   double stop_ramp_s = 0.002;
   double release_s = 0.1;
-  // The spring's own torque sensor, 10 bits over +- this; 0: none. A count of 8 N m is 16 mN m, and the encoders may be
-  // a loop apart from it at 4 rad/s, which is 20 mN m: 0.5 N m is no noise.
+  // Range of the spring's own torque sensor, 10 bits over +- this, N m; 0: no sensor. With 8 N m a count is 16 mN m,
+  // and a delay of one loop at 4 rad/s is 20 mN m: a difference of 0.5 N m is not noise.
   double spring_sensor_nm = 0;
   double spring_sensor_fault_nm = 0.5;
   double spring_sensor_fault_s = 0.02;
@@ -58,7 +59,7 @@ McuParams make_mcu_params(const McuSettings& settings);
 // Nearest gain with 16 significant bits; below 2^-32 it is 0. Throws above 65535.
 Gain make_gain(const char* name, double value);
 
-// What one encoder count is; an ideal encoder counts in units of the core.
+// Angle of one encoder count; an ideal encoder counts in units of the core.
 double encoder_unit_rad(double counts_per_rev);
 
 inline double to_rad(std::int32_t angle) noexcept { return angle / double{1 << kAngleBits}; }

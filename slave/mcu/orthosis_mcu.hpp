@@ -1,6 +1,6 @@
-// The orthosis MCU: closes position, force and spring-torque loops of the series-elastic hand orthosis at 2 kHz; the PC
-// sends references at 1 kHz and nothing that is closed across the serial line. Freestanding C++14, scaled integers, no
-// heap: one source for firmware and PC with the same bits in both.
+// The orthosis MCU: closes position, force and spring-torque loops of the series-elastic hand orthosis at 2 kHz. The PC
+// sends references at 1 kHz; no loop is closed across the serial line. Freestanding C++14, scaled integers, no heap:
+// firmware and PC compile the same source and compute the same bits.
 //
 //   tau_spring = k (x_motor - x)                                     the torque sensor
 //   tau_dis = LPF_g[tau_spring + J_n g v] - J_n g v                  (Daud 2011, B.8; the spring is the applied torque)
@@ -10,45 +10,47 @@
 //   tau_ref = J_n bound(a_ref) + tau_dis, limited; 0 in SAFE         J a = tau - f
 //   v_motor = v + gain (tau_ref - tau_spring), limited
 //
-// TORQUE brings the reaction to f_ref, by a joint that is an inertia of 1/K_f without friction. A host that sends the
-// velocity it read damps nothing but what came since; one that sends less damps here, where it is not late.
+// TORQUE brings the reaction to f_ref; the joint then behaves as an inertia of 1/K_f without friction. K_d damps only
+// the difference between v and v_ref. If the host sends the velocity that it read, only the change since then is
+// damped; if it sends less, the difference is damped here, without the delay of the line.
 //
-// The bound at the hand is the same in both modes, whatever frames come. Towards x_max, and alike towards x_min,
+// The bound at the hand is the same in both modes, whatever frames come. Towards x_max, and in the same way to x_min,
 //
 //   a_ref <= k_B (v_allow(torque + 3.25 rise) - max(v, 0)) + 1.25 rise / J_n, and <= k_B (v_max - max(v, 0))
 //   v_allow(torque) = min(v_max, P / (torque + 0.1 N m), 1.25 v_max (1.07 - torque / limit))
 //   a_ref <= 2 k_B (18/s (x_max - x) - v)                                                   k_B = 30..36/s
-//   rise = tau_dis - LPF[tau_dis], if it rises: 16 ms of how fast it does
+//   rise = tau_dis - LPF[tau_dis], if it is positive: the growth of tau_dis in 16 ms
 //
-// where torque is what resists that direction: the spring's, known without lag, or tau_dis, the larger. So what is
-// allowed follows from torque, speed and angle now, and not from power that was given already. The motor is slow: were
-// more allowed while the hand comes back (v < 0), what it gives would come when the hand has turned, and a hand of 20 N
-// m/rad would swing from 25/s on. Near the torque limit a hand is slow enough to be stopped within it. 18/s towards an
-// end is what it still stops from.
+// where torque is the torque that resists that direction: the larger of the spring's, known without lag, and tau_dis.
+// The allowed acceleration thus follows from present torque, speed and angle, and not from power that was given
+// already. The motor is slow: if more were allowed while the hand comes back (v < 0), the motor's torque would arrive
+// after the hand has turned, and a hand of 20 N m/rad would oscillate from k_B = 25/s on. Near the torque limit the
+// allowed speed is low enough that a hand can be stopped within the limit. With 18/s towards an end of the range the
+// hand can still be stopped there.
 //
-// The rise makes of it a bound on power as it goes, d/dt (v_allow - v) >= -k_B (v_allow - v): what resists more in a
-// moment allows less speed then, and what is commanded now is with the hand 20 ms late (tau_dis is 10 ms old, the
-// spring follows 10 ms after). Without the first a stiff hand swings, without the second nobody can be led through 1 W
-// into 15 N m/rad. Of the second at most 0.4 N m is given (0.2 by a motor of 8 rad/s), half of what is left of the
-// torque limit, and J_n 3 k_B v (0.4 N m at 1 rad/s): who stands by now resists no more, and what is given after that
-// throws the lightest and stiffest hand.
+// The two terms of rise bound the power of a motion whose torque grows, d/dt (v_allow - v) >= -k_B (v_allow - v). The
+// first predicts the torque: a torque that will be larger allows less speed. The second compensates the delay of 20 ms
+// with which a commanded torque acts on the hand (tau_dis is 10 ms old, and the spring follows 10 ms later). Without
+// the first term a stiff hand oscillates; without the second nobody can be led at 1 W into 15 N m/rad. The second term
+// is limited to 0.4 N m (0.2 for a motor of 8 rad/s), to half of the remaining torque up to the limit, and to J_n 3 k_B
+// v (0.4 N m at 1 rad/s): the torque of a hand that has stopped grows no more, and torque that is added after that
+// would throw the lightest and stiffest hand.
 //
-// Letting go is one and the same, whoever asks for it and whatever ends it: the torque commanded goes to zero in 2 ms,
-// and the spring unwinds as fast as the motor turns. The motor is what makes that gentle: 40 N m/s at 4 rad/s and
-// 10 N m/rad. A slower ramp, which holds the hand meanwhile, lets some hands swing further than the patient's stop
-// does.
+// Letting go is the same whatever its cause and whatever ends it: the commanded torque goes to zero in 2 ms, and the
+// spring unwinds as fast as the motor turns. The motor's speed makes this gentle: 40 N m/s at 4 rad/s and 10 N m/rad. A
+// slower ramp would hold the hand meanwhile, and some hands would then swing further than after the patient's stop.
 //
-// SAFE, where it starts, drives the spring torque to zero: the patient moves freely. 20 ms without a valid frame let
-// go, and 50 ms later this is SAFE; until then the next frame of the same mode takes the hand again, from the torque
-// that the spring has by then. Out of SAFE lead only a SAFE frame and then three consecutive, consistent frames of one
-// active mode. Three such frames of the other active mode lead from one to the other: the torque that is commanded goes
-// on from where it was.
+// SAFE is the first state. It drives the spring torque to zero: the patient moves freely. After 20 ms without a valid
+// frame the MCU lets go, and 50 ms later the state is SAFE. Until then the next frame of the same mode drives the hand
+// again, from the torque that the spring then has. SAFE ends only with a SAFE frame and then three consecutive,
+// consistent frames of one active mode. Three such frames of the other active mode change the mode; the commanded
+// torque continues without a step.
 //
-// In an active state only a frame with a new sequence number feeds the watchdog: a line that repeats its last one has
-// no host behind it.
+// In an active state only a frame with a new sequence number resets the watchdog: a line that repeats its last frame
+// has no host behind it.
 //
-// The patient's stop lets go from every state and stays: no byte on the line ends it, only the release key beside the
-// stop, pressed anew and held once the stop is up.
+// The patient's stop lets go from every state and is latched. No byte on the line ends it; only the release key beside
+// the stop does, if it is pressed anew and held after the stop is up.
 #pragma once
 
 #include "common/device/mcu_frame.hpp"
@@ -57,7 +59,7 @@
 namespace farhand {
 namespace mcu {
 
-// The table of v_allow: by torque that resists, in steps of 2^-5 N m.
+// The table of v_allow over the resisting torque, in steps of 2^-5 N m.
 constexpr uint8_t kResistanceShift = kTorqueBits - 5;
 constexpr uint8_t kResistanceSteps = 128;
 
@@ -83,7 +85,7 @@ struct McuParams {
   int32_t torque_limit, torque_step;  // step: per loop
   int32_t spring_fault;               // spring torque beyond this is a fault
   int32_t sensor_unit;                // torque per count of the spring's own sensor
-  int32_t sensor_apart;               // it may differ from k (x_motor - x) by this for sensor_loops; 0: no such sensor
+  int32_t sensor_apart;               // it may differ by this from k (x_motor - x) for sensor_loops; 0: no sensor
   int32_t motor_speed_limit;
   int32_t x_step, v_step, f_step;  // how far one frame may move a reference
   int32_t x_min, x_max;
@@ -92,7 +94,7 @@ struct McuParams {
   int32_t allowed_speed[kResistanceSteps];  // J_n k_B v_allow
   int32_t most_given_ahead;                 // torque
   Gain per_ramp_loop, per_stop_loop;        // 1 / ramp_loops, 1 / stop_loops: no division on an 8-bit MCU
-  int32_t allowed_step;                     // of the torque that is allowed after a start, per loop
+  int32_t allowed_step;                     // per loop, of the allowed torque after a start
   uint16_t watchdog_loops, ramp_loops, loops_per_frame, overrun_limit;
   uint16_t stop_loops, release_loops, sensor_loops;
 };
@@ -125,8 +127,8 @@ enum Restart : uint8_t {
   kWatchdogReset = 8,
 };
 
-// Parameters: StoredParams, or a class of the same that knows them when it is compiled; then a product with a gain
-// takes an 8-bit MCU a third of the time.
+// Parameters: StoredParams, or a class with the same members as compile-time constants, with which a product with a
+// gain takes an 8-bit MCU a third of the time.
 struct StoredParams {
   McuParams value;
   const McuParams& get() const { return value; }
@@ -135,18 +137,17 @@ struct StoredParams {
 template <class Parameters>
 class OrthosisCore {
  public:
-  // restart: what the page of that name shows.
+  // restart: content of the restart page.
   explicit OrthosisCore(const Parameters& parameters, uint8_t restart = kPowerOn)
       : parameters_(parameters), restart_(restart) {}
 
   // One byte from the serial line.
   void receive(uint8_t byte);
-  // The same for firmware that decodes the line outside of its loop: a valid frame, and how many
-  // were not.
+  // The same for firmware that decodes the line outside its loop: a valid frame, and the number of invalid ones.
   void take(const Command& command);
   void count_line_errors(uint8_t crc, uint8_t framing) { crc_errors_ = crc, framing_errors_ = framing; }
 
-  // One loop.
+  // Computes one loop.
   McuOutput step(const McuInput& input);
   // Once after step: true when this loop sends a frame (1 kHz).
   bool telemetry(Telemetry& frame);

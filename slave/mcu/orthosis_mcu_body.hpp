@@ -1,5 +1,5 @@
-// What orthosis_mcu.hpp declares, for the two sources that compile it: with parameters of a scene on the PC, with burnt
-// ones in the firmware.
+// Definitions for orthosis_mcu.hpp. Two sources compile them: with parameters of a scene on the PC, with constants in
+// the firmware.
 #pragma once
 
 #include "slave/mcu/orthosis_mcu.hpp"
@@ -81,8 +81,8 @@ bool OrthosisCore<P>::follows(const Command& previous, const Command& next) cons
          near(previous.v_ref, next.v_ref, kVUnits, p().v_step) && near(previous.f_ref, next.f_ref, kFUnits, p().f_step);
 }
 
-// Nothing jumps: the references start where the joint is, moves and is pushed, so that a_ref = 0; the torque starts
-// from the zero of SAFE and what is allowed of it grows over the ramp time.
+// A start causes no jump: the references begin at the joint's angle, velocity and torque, so that a_ref = 0. The torque
+// starts at zero, as in SAFE, and its limit grows over the ramp time.
 template <class P>
 void OrthosisCore<P>::start(Mode mode) {
   phase_ = Phase::kActive;
@@ -92,8 +92,8 @@ void OrthosisCore<P>::start(Mode mode) {
   begin(mode);
 }
 
-// Nor here: what the new mode wants differs from what is commanded by a difference that fades over the ramp time. The
-// next loop finds it, because it computes that anyway.
+// A change of mode causes no jump: the difference between the torque of the new mode and the commanded one fades out
+// over the ramp time. The next loop determines the difference, because it computes both torques anyway.
 template <class P>
 void OrthosisCore<P>::change(const Command& command) {
   begin(command.mode);
@@ -101,8 +101,8 @@ void OrthosisCore<P>::change(const Command& command) {
   joins_ = true;
 }
 
-// Nor here: what was let go by silence is taken again where it moves by now, with the torque that its spring has, and
-// what is allowed grows from there.
+// Driving the hand again after silence causes no jump: the references begin at the joint's present motion and at the
+// torque of its spring, and the limit of the torque grows from there.
 template <class P>
 void OrthosisCore<P>::resume(const Command& command) {
   phase_ = Phase::kActive;
@@ -121,9 +121,9 @@ void OrthosisCore<P>::begin(Mode mode) {
   silent_loops_ = loops_since_frame_ = 0;
 }
 
-// A wrong frame passes the CRC once in 65536. The gate stands at the frame and not at the loop, so that such a frame
-// moves each reference by one step, however long it stays the newest. Nor does any reference go where the joint may
-// not: what is beyond the limits is cut first. A start beyond the range walks into it by the same steps.
+// A wrong frame passes the CRC once in 65536. The gate acts once per frame and not once per loop, so that such a frame
+// moves each reference by one step, however long it stays the newest. References are first cut to the limits of the
+// joint. A start outside the range moves into it by the same steps.
 template <class P>
 void OrthosisCore<P>::accept(const Command& command) {
   silent_loops_ = loops_since_frame_ = 0;
@@ -135,7 +135,7 @@ void OrthosisCore<P>::accept(const Command& command) {
 template <class P>
 inline bool OrthosisCore<P>::read(const EncoderUnit& unit, int32_t counts, int32_t& angle) const {
   if (counts > unit.most_counts || counts < -unit.most_counts) return false;
-  // Of a real encoder 16 bits tell all, and an 8-bit MCU is four times as fast with them.
+  // 16 bits hold every count of a real encoder, and an 8-bit MCU computes with them four times as fast.
   const bool narrow = unit.most_counts <= 0x7FFF && unit.whole <= 0xFFFF;
   const int32_t now = narrow ? narrow_product(counts, static_cast<uint16_t>(unit.whole)) +
                                    ((narrow_product(counts, unit.fraction) + 0x8000) >> 16)
@@ -147,21 +147,24 @@ inline bool OrthosisCore<P>::read(const EncoderUnit& unit, int32_t counts, int32
 
 template <class P>
 void OrthosisCore<P>::sense(const McuInput& input) {
+  // Angles, and the torque of the spring between them.
   if (!read(p().joint, input.joint_counts, x_)) faults_ |= kJointEncoder;
   if (!read(p().motor, input.motor_counts, x_motor_)) faults_ |= kMotorEncoder;
   tau_spring_ = times(x_motor_ - x_, p().spring);
   if (limited(tau_spring_, p().spring_fault) != tau_spring_) faults_ |= kSpringTorque;
+  // The spring's own sensor must agree; a single loop may differ, because the two are not sampled at the same instant.
   if (p().sensor_apart > 0) {
     const int32_t apart = clamp(input.sensor, -kSensorCounts, kSensorCounts) * p().sensor_unit - tau_spring_;
     apart_in_a_row_ = static_cast<uint16_t>(limited(apart, p().sensor_apart) != apart ? apart_in_a_row_ + 1 : 0);
     if (apart_in_a_row_ >= p().sensor_loops) faults_ |= kSpringSensor, apart_in_a_row_ = p().sensor_loops;
   }
+  // Values that are only reported, and overruns, which are a fault when they do not end.
   temperature_c_ = input.temperature_c;
   current_ = static_cast<uint8_t>(input.current > 1023 ? 255 : input.current >> 2);
   overruns_in_a_row_ = static_cast<uint16_t>(input.overrun ? overruns_in_a_row_ + 1 : 0);
   overruns_ = static_cast<uint8_t>(overruns_ + (input.overrun ? 1 : 0));
   if (overruns_in_a_row_ >= p().overrun_limit) faults_ |= kOverrun;
-  if (!started_) {  // at rest, with what acts now as if it had acted for ever
+  if (!started_) {  // the filters start in the steady state of the present torque, at rest
     started_ = true;
     x_filtered_ = x_;
     dob_ = rtob_ = tau_slow_ = tau_spring_;
@@ -170,9 +173,9 @@ void OrthosisCore<P>::sense(const McuInput& input) {
 
 template <class P>
 void OrthosisCore<P>::estimate() {
-  // v = (a / dt)(x - LPF[x]) is the telescoped band-limited derivative; both gains see the same difference. An encoder
-  // that stood and comes back makes a step of what it missed; no joint is as fast as that, and the motor, which follows
-  // v, would throw the hand ahead.
+  // v = (a / dt)(x - LPF[x]) is the telescoped band-limited derivative; both gains use the same difference. An encoder
+  // that stood and recovers makes a step of the missed motion. No joint is as fast as this step, and the motor, which
+  // follows v, would throw the hand ahead; therefore the difference is limited.
   const int32_t ahead = limited(x_ - x_filtered_, p().most_ahead);
   v_ = times(ahead, p().per_second);
   x_filtered_ = x_ - ahead + times(ahead, p().velocity_filter);
@@ -184,7 +187,7 @@ void OrthosisCore<P>::estimate() {
   f_s_ = limited(rtob_ - inertia, kLargest);
 }
 
-// The torque commanded is zero after stop_loops; after `loops` this is over.
+// The commanded torque is zero after stop_loops; letting go ends after `loops`.
 template <class P>
 void OrthosisCore<P>::let_go(Phase phase, uint16_t loops) {
   if (phase_ == Phase::kActive) let_go_step_ = times(magnitude(tau_command_), p().per_stop_loop) + 1;
@@ -199,7 +202,7 @@ void OrthosisCore<P>::watch_stop(const McuInput& input) {
     if (phase_ == Phase::kActive || phase_ == Phase::kFading) let_go(Phase::kLettingGo, p().stop_loops);
   }
   if ((faults_ & kPatientStop) == 0) return;
-  // A release key that is stuck, or leaned on, while the stop is pressed releases nothing.
+  // A release key that is stuck or pressed while the stop is pressed has no effect.
   if (input.stop || !input.release) release_seen_up_ = !input.release;
   release_loops_ = static_cast<uint16_t>(release_seen_up_ && input.release && !input.stop ? release_loops_ + 1 : 0);
   if (release_loops_ < p().release_loops || phase_ == Phase::kLettingGo) return;
@@ -213,6 +216,7 @@ void OrthosisCore<P>::watch_stop(const McuInput& input) {
 
 template <class P>
 void OrthosisCore<P>::supervise(const McuInput& input) {
+  // The patient's stop has priority; then silence of the host, then latched faults.
   watch_stop(input);
   if (silent_loops_ <= p().watchdog_loops) ++silent_loops_;
   const bool silent = silent_loops_ > p().watchdog_loops;
@@ -235,7 +239,7 @@ int32_t OrthosisCore<P>::wanted_acceleration() const {
   return times(x_command_ - x_, p().K_p) + times(v_command_ - v_, p().K_d) - times(f_command_ + f_s_, p().K_f);
 }
 
-// How fast the torque that resists grows, once a frame.
+// Growth of the resisting torque, computed once per frame.
 template <class P>
 void OrthosisCore<P>::look_ahead() {
   const int32_t rise = tau_dis_ - tau_slow_;
@@ -252,8 +256,8 @@ int32_t OrthosisCore<P>::allowed_speed(int32_t resisting) const {
   return p().allowed_speed[step < 0 ? 0 : step < kResistanceSteps ? step : kResistanceSteps - 1];
 }
 
-// Far beyond an end the two bounds contradict each other; then the one on speed holds, so that the way back is no
-// throw.
+// Far outside the range the two bounds contradict each other. Then the bound on speed has priority, so that the hand is
+// not thrown on its way back.
 template <class P>
 int32_t OrthosisCore<P>::bounded(int32_t acceleration) const {
   const int32_t brake = times(v_, p().k_B), brake_at_end = 2 * brake;
@@ -274,12 +278,13 @@ int32_t OrthosisCore<P>::bounded(int32_t acceleration) const {
 template <class P>
 void OrthosisCore<P>::move_torque_command() {
   if (phase_ == Phase::kActive) {
-    // Between two frames the reference moves on by its own velocity; once a frame is overdue it waits.
+    // Between two frames the reference moves on at its own velocity; if a frame is overdue it stays.
     if (mode_ == Mode::kTrack && loops_since_frame_ > 0 && loops_since_frame_ < p().loops_per_frame) {
       const int32_t next = x_command_ + times(v_command_, p().per_loop);
       x_command_ = towards(x_command_, clamp(next, p().x_min, p().x_max), p().x_step);
     }
     if (loops_since_frame_ < p().loops_per_frame) ++loops_since_frame_;
+    // The law, with a difference that fades after a change of mode, so that the torque does not jump.
     tau_allowed_ = limited(tau_allowed_ + p().allowed_step, p().torque_limit);
     const int32_t free = wanted_acceleration();
     if (joins_) {
@@ -288,6 +293,7 @@ void OrthosisCore<P>::move_torque_command() {
       bump_step_ = times(magnitude(bump_), p().per_ramp_loop) + 1;
     }
     bump_ = towards(bump_, 0, bump_step_);
+    // The bound at the hand, then the limits of size and rate.
     const int32_t asked = free + bump_, given = bounded(asked);
     if (given != asked) happened_ |= kBounded;
     const int32_t wanted = limited(given + tau_dis_, tau_allowed_);
@@ -303,8 +309,9 @@ void OrthosisCore<P>::move_torque_command() {
   }
 }
 
-// One of the two that disagree is wrong. Following it may wind the spring up without end, so the motor goes only where
-// both say that torque is taken off, and only as fast as the smaller of them asks for.
+// One of the two measurements that disagree is wrong, and following it may wind the spring up without end. Therefore
+// the motor only moves in a direction that reduces the torque by both measurements, and only as fast as the smaller one
+// asks for.
 template <class P>
 void OrthosisCore<P>::give_way(const McuInput& input) {
   const int32_t sensed = clamp(input.sensor, -kSensorCounts, kSensorCounts) * p().sensor_unit;
@@ -320,7 +327,7 @@ McuOutput OrthosisCore<P>::step(const McuInput& input) {
   estimate();
   supervise(input);
   move_torque_command();
-  // A loop that sends no frame, if there is one, has the time.
+  // Done in a loop that sends no frame, if there is one, because that loop has time.
   if (loop_of_frame_ == 0) {
     look_ahead();
     prepare_page();
@@ -328,7 +335,8 @@ McuOutput OrthosisCore<P>::step(const McuInput& input) {
   if (++loop_of_frame_ >= p().loops_per_frame) loop_of_frame_ = 0;
   motor_velocity_ = limited(v_ + times(tau_command_ - tau_spring_, p().spring_gain), p().motor_speed_limit);
   if ((faults_ & kSpringSensor) != 0) give_way(input);
-  // Without an angle there is no spring torque to control: the motor stands, and the patient has the spring to move in.
+  // Without an angle there is no spring torque to control: the motor stands, and the patient can move within the
+  // spring.
   if ((faults_ & (kJointEncoder | kMotorEncoder)) != 0) motor_velocity_ = 0;
   State state = State::kSafe;
   if (phase_ != Phase::kSafe && phase_ != Phase::kFault) {
@@ -359,7 +367,7 @@ bool OrthosisCore<P>::telemetry(Telemetry& frame) {
   return true;
 }
 
-// What the next frame's page takes a product for.
+// Computes the page value of the next frame that needs a product.
 template <class P>
 void OrthosisCore<P>::prepare_page() {
   const SlowPage page = slow_page(next_telemetry());

@@ -23,7 +23,7 @@ class SerialLine {
     latency_ = one_way - byte_time_ * mcu::kWireBytes;
   }
 
-  // Queues behind what is still leaving. What does not fit the buffer is lost, as it is at a full driver buffer.
+  // Queues behind bytes that are still leaving. Bytes that do not fit the buffer are lost, as at a full driver buffer.
   void send(const std::uint8_t* bytes, std::size_t count, Nanoseconds now) noexcept {
     if (free_at_ < now) free_at_ = now;
     for (std::size_t i = 0; i < count && waiting_ < ring_.size(); ++i) {
@@ -32,7 +32,7 @@ class SerialLine {
     }
   }
 
-  // What is not leaving yet never will.
+  // Drops the bytes that have not begun to leave.
   void drop_unsent(Nanoseconds now) noexcept {
     while (waiting_ > 0) {
       const Nanoseconds left = ring_[(first_ + waiting_ - 1) % ring_.size()].arrives - latency_;

@@ -7,15 +7,15 @@
 //                                PB3 OE/   /  with a byte-wide bus    PD4 drive enable   PD5 direction, high: positive
 //                                PC0-PC7 its bus                      PB6 PWM: speed (OC3A)
 //
-// Each wire fails to the safe side: a stop that is not connected is pressed, a release key that is not connected is
-// not, and the drive's enable is pulled down. The counter is clocked on its own, counts every edge (EN1, EN2), is reset
-// with its power only, and runs from what the MCU runs from, with more left: it survives the brown-out that resets the
-// MCU.
+// Each wire fails to the safe side: a disconnected stop counts as pressed, a disconnected release key as not pressed,
+// and the drive's enable is pulled down. The counter has its own clock, counts every edge (EN1, EN2), and is reset only
+// with its power. It runs from the supply of the MCU but at lower voltages too, and therefore survives the brown-out
+// that resets the MCU.
 //
-// The encoders are counted outside. One count of 20000 to the turn at 4 rad/s is 79 us, and a joint that the spring
-// throws is four times as fast: 64000 edges a second of two encoders would take a third of this MCU in pin-change
-// interrupts, and an edge that is missed is an angle that is wrong for ever and looks plausible. The counter misses
-// none and keeps its count through a reset of the MCU.
+// The encoders are counted outside the MCU. At 4 rad/s a count of an encoder with 20000 counts per turn lasts 79 us,
+// and a joint that the spring throws is four times as fast. Pin-change interrupts for 64000 edges a second of two
+// encoders would take a third of this MCU, and a missed edge makes the angle wrong for ever, although it looks
+// plausible. The counter misses no edge and keeps its count through a reset of the MCU.
 #pragma once
 
 #include <stdint.h>
@@ -30,10 +30,10 @@ constexpr uint32_t kBaud = 115200;
 constexpr uint16_t kBaudDivider = kClockHz / (16 * kBaud) - 1;
 static_assert(kClockHz % (16 * kBaud) == 0, "the baud rate is exact");
 
-// 14745600 / 2000 is 7372.8: the loop is 27 ppm slow, within what crystals differ by.
+// 14745600 / 2000 is 7372.8: the loop is 27 ppm slow, which is within the tolerance of crystals.
 constexpr uint16_t kCyclesPerLoop = 7373;
 
-// 20 kHz, above what the patient hears; 4 rad/s in 5.4 mrad/s, a tenth of the noise of one encoder count.
+// 20 kHz, which the patient does not hear; 4 rad/s in steps of 5.4 mrad/s, a tenth of the noise of one encoder count.
 constexpr uint16_t kPwmTop = kClockHz / 20000 - 1;
 
 enum AnalogInput : uint8_t { kSensorInput = 0, kTemperatureInput = 1, kCurrentInput = 2 };

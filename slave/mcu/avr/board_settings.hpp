@@ -1,4 +1,4 @@
-// The orthosis that the firmware is built for, in SI. Runs on the PC.
+// The orthosis for which the firmware is built, in SI. Runs on the PC.
 #pragma once
 
 #include "slave/mcu/avr/board.hpp"

@@ -1,5 +1,5 @@
-// The product of fixed_point.hpp on the ATmega, by hand: 50 cycles, where the compiler takes 160, and a loop has twenty
-// of them. The same bits as on the PC: the test on the simulated chip compares every command.
+// The product of fixed_point.hpp on the ATmega, in assembly: 50 cycles instead of the compiler's 160, and a loop has
+// twenty products. The bits are those of the PC: the test on the simulated chip compares every command.
 #pragma once
 
 #include <stdint.h>
