@@ -96,7 +96,7 @@ class TwoChannelMaster final : public Law<N> {
  private:
   TwoChannelParams p_;
   HeldTo<N> F_;
-  double acting_ = 1.0;  // of it, what is given on an average
+  double acting_ = 1.0;  // mean share of its torque that is given
 };
 
 template <int N>

@@ -112,7 +112,7 @@ class PassiveMaster final : public TwoChannelPassivity<N> {
 
  private:
   HeldTo<N> F_;
-  double acting_ = 1.0;  // of it, what is given on an average
+  double acting_ = 1.0;  // mean share of its torque that is given
 };
 
 template <int N>

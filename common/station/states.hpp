@@ -58,7 +58,7 @@ class StateSet {
   std::uint32_t bits_ = 0;
 };
 
-// What a state asks of the axis.
+// Torque or motion that a state asks of the axis.
 enum class Asks : std::uint8_t {
   kNothing,  // no torque, at once
   kWeight,   // only its weight and friction are compensated
