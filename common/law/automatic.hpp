@@ -13,7 +13,7 @@ namespace farhand {
 inline constexpr LawBlock kChooserBlock{
     .name = "chooser",
     .why = "plain four channels up to a round trip of 4 ms and 2 % loss, else the mediator, as measured",
-    .without = "one scheme whatever the network does",
+    .without = "the scheme does not depend on the network",
     .bytes = sizeof(Chooser),
     .run = [](const LawParams& /*p*/, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
       Chooser chooser(dt_s);

@@ -30,8 +30,8 @@ inline constexpr LawBlock kSdcvBlock{
 
 inline constexpr LawBlock kPatientThresholdsBlock{
     .name = "patient's thresholds",
-    .why = "names f_1 and f_2 of the patient's own hand",
-    .without = "no thresholds of a compensation are named of the patient",
+    .why = "identifies f_1 and f_2 from the patient's own hand",
+    .without = "no thresholds are identified from the patient",
     .bytes = sizeof(std::optional<PatientsThresholds<1>>),
     .asked_by = "control.sdcv_from_patient",
     .run = [](const LawParams& p, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
@@ -47,7 +47,7 @@ class FourChannelCdobSdcv final : public Law<N> {
  public:
   static constexpr std::array kBlocks{kCdobBlock, kSdcvBlock, kPatientThresholdsBlock};
   static constexpr std::array kSignals{
-      LawSignal{"f_2_nm", "N m", "f_2 as named of the patient, in the master's size; 0 until it is"}};
+      LawSignal{"f_2_nm", "N m", "f_2 as identified from the patient, in the master's size; 0 until it is"}};
 
   FourChannelCdobSdcv(const LawParams& p, const FourChannelGains& K, double dt_s)
       : cdob_(K, p.g_net, p.local_model, dt_s), sdcv_(p.sdcv, dt_s) {

@@ -17,7 +17,7 @@ namespace farhand {
 inline constexpr LawBlock kTankBlock{
     .name = "energy tank",
     .why = "gives no more than it holds",
-    .without = "no account is kept of energy by a tank",
+    .without = "no tank keeps account of energy",
     .bytes = sizeof(EnergyTank),
     .settings = {"control.tank_level_j", "control.tank_alpha_nms_per_rad_j", "control.tank_rate_per_s",
                  "control.tank_B_fast_nms_per_rad"},

@@ -52,7 +52,7 @@ class HeldTo {
 inline constexpr LawBlock kHeldToBlock{
     .name = "two channels",
     .why = "held to where the slave was",
-    .without = "force is not what comes of positions alone",
+    .without = "no side is held to the other's position alone",
     .bytes = sizeof(TwoChannelParams) + sizeof(HeldTo<1>),
     .settings = {"control.K_2_nm_per_rad", "control.B_2_nms_per_rad", "control.B_slave_nms_per_rad"},
     .run = [](const LawParams& p, const FourChannelGains& /*K*/, double /*dt_s*/, std::span<const LawInputs<1>> seen) {

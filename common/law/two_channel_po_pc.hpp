@@ -61,7 +61,7 @@ class AccountedPort {
 inline constexpr LawBlock kPortBlock{
     .name = "PO/PC",
     .why = "gives no more than the other side has taken in",
-    .without = "no observer counts what a port gives",
+    .without = "no passivity observer counts the energy of a port",
     .bytes = sizeof(AccountedPort<1>),
     .run = [](const LawParams& /*p*/, const FourChannelGains& K, double dt_s, std::span<const LawInputs<1>> seen) {
       AccountedPort<1> port(K.K_f, dt_s);

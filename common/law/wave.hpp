@@ -15,7 +15,7 @@ inline constexpr std::array<std::string_view, 5> kWaveSettings{
 inline constexpr LawBlock kMasterWaveBlock{
     .name = "wave",
     .why = "power goes each way over a line of the impedance b",
-    .without = "no wave crosses the network",
+    .without = "no wave variables cross the network",
     .bytes = sizeof(MasterWave<1>) + sizeof(ReceivedWave<1>),
     .settings = kWaveSettings,
     .run = [](const LawParams& p, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
