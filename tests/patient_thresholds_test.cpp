@@ -1,4 +1,5 @@
-// f_1 and f_2 of SDCV as identified from the patient: which motions identify them, which must not, and what a session gains.
+// f_1 and f_2 of SDCV as identified from the patient: which motions identify them, which must not, and what a session
+// gains.
 #include "common/law/patient_thresholds.hpp"
 
 #include <gtest/gtest.h>
