@@ -170,7 +170,7 @@ class Recipe(unittest.TestCase):
         self.assertIn("control.toy_K_nm_per_rad", schema)
         self.assertRegex(schema, r"(?m)^  TOY, master\n  toy_torque_nm +N m +torque of the toy's spring")
         self.assertIn("has no effect: it needs architecture TOY", run(self.lab, "check", "toy") + run(
-            self.lab, "run", "wave", "--set", "control.toy_B_nms_per_rad=0.2", "--set", "duration_s=1", "--set", "windows={}", code=1))
+            self.lab, "run", "wave", "--set", "control.toy_B_nms_per_rad=0.2", "--set", "duration_s=1", "--set", "windows={}", code=3))
 
         run(self.lab, "run", "toy", "--csv", out / "toy.csv", "--json", out / "toy.json", "--record", out / "toy.mcap",
             "--report", out / "toy.html")
