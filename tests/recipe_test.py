@@ -160,7 +160,7 @@ class Recipe(unittest.TestCase):
         run(self.tree / "scripts/check_rooms", self.tree)
 
     def test_everything_shows_it(self):
-        out = self.tree / "out"
+        out = pathlib.Path(self.place.name) / "out"
         out.mkdir()
         explained = run(self.lab, "explain", "toy")
         self.assertRegex(explained, r"(?m)^  master +toy spring .*holds the sides together; toy_K_nm_per_rad = 6; toy_B_nms_per_rad = 0.1")
