@@ -1,12 +1,13 @@
-// The four programs together, undisturbed: they do what virtual time says they do, and their loop threads touch neither
+// The four programs together, while nothing disturbs them: they do what virtual time says they do, and their loop threads touch neither
 // heap nor mutex.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
-#include "common/judge/metrics.hpp"
+#include "common/judge/alignment.hpp"
 #include "common/link/packet.hpp"
 #include "common/record/merge.hpp"
 #include "netem/lab/simulation.hpp"
@@ -32,19 +33,56 @@ const Sets kShort{"duration_s=11",
 
 struct Outcome {
   double force_ratio = 0, tracking_rms_rad = 0;
+  std::size_t free_ticks = 0, contact_ticks = 0;
 };
 
-Outcome outcome_of(const Session& session, const scene::Scene& scene) {
-  const Metrics metrics = compute_metrics(session, scene);
-  return {metrics.number("force_ratio"), metrics.number("tracking_rms_rad")};
+// Until when less of the peer is followed because a PC stood still (common/station/after_gap.hpp): the times at which the
+// PC of either side ran again after 3 ms or more, each with a second and a half.
+std::vector<std::pair<double, double>> disturbed(const AlignedSession& a) {
+  std::vector<std::pair<double, double>> out;
+  for (const SideCurves* side : {&a.master, &a.slave})
+    for (std::size_t k = 1; k < side->t_s.size(); ++k)
+      if (side->t_s[k] - side->t_s[k - 1] >= 0.003) out.emplace_back(side->t_s[k - 1], side->t_s[k] + 1.5);
+  return out;
 }
 
-// To the natural end of the scene. A run that a busy machine made hold is another session than the one of virtual time:
-// it is told and run again.
-Outcome run_processes(const std::string& name, Sets sets) {
+// Over the ticks that no PC disturbed. How many these are says how busy the machine was, and nothing else.
+Outcome outcome_of(const Session& session, const scene::Scene& scene) {
+  const AlignedSession a = align(session, scene);
+  const auto disturbances = disturbed(a);
+  const auto counts = [&](const SideCurves& side, std::size_t k, const scene::Window& window) {
+    const double t = side.t_s[k];
+    return t >= window.from_s() && t <= window.until_s() && side.state[k] == static_cast<int>(StationState::kEngaged) &&
+           std::none_of(disturbances.begin(), disturbances.end(),
+                        [t](const auto& span) { return t >= span.first && t <= span.second; });
+  };
+  Outcome out;
+  double square = 0, F_m = 0, F_s = 0;
+  for (std::size_t k = 0; k < a.slave.t_s.size(); ++k) {
+    if (!counts(a.slave, k, scene.windows().free()) || !std::isfinite(a.tracking_rad[k])) continue;
+    square += a.tracking_rad[k] * a.tracking_rad[k];
+    ++out.free_ticks;
+  }
+  out.tracking_rms_rad = std::sqrt(square / static_cast<double>(out.free_ticks));
+  Walk at_slave(a.slave.t_s);
+  for (std::size_t k = 0; k < a.master.t_s.size(); ++k) {
+    if (!counts(a.master, k, scene.windows().contact())) continue;
+    const double of_slave = at_slave.interpolate(a.slave.F_nm, a.master.t_s[k]);
+    if (!std::isfinite(of_slave)) continue;
+    F_m += a.master.F_nm[k];
+    F_s += of_slave;
+    ++out.contact_ticks;
+  }
+  out.force_ratio = F_m / F_s;
+  return out;
+}
+
+// To the natural end of the scene. A machine may be so busy that hardly a tick is undisturbed: that run is told, and
+// another is made.
+std::optional<Outcome> run_processes(const std::string& name, Sets sets) {
   sets.push_back("runtime.priority=20");  // where it is allowed, a busy machine then disturbs little
   const LoadedScene loaded = load_scene(name, sets);
-  for (int attempt = 1;; ++attempt) {
+  for (int attempt = 1; attempt <= 4; ++attempt) {
     ScratchDirectory scratch;
     {
       SessionProcesses session(scratch.path(), {name, sets, {}, {}});
@@ -52,15 +90,12 @@ Outcome run_processes(const std::string& name, Sets sets) {
       EXPECT_EQ(session[Program::kMaster].wait(), 0) << session[Program::kMaster].err();
       session.stop();
     }
-    const Session session = merge_recordings(scratch.path());
-    const Metrics metrics = compute_metrics(session, loaded.scene);
-    const double held_s = metrics.number("held_s");
-    if (held_s == 0.0 || attempt == 4) {
-      EXPECT_EQ(held_s, 0.0) << "in four attempts";
-      return {metrics.number("force_ratio"), metrics.number("tracking_rms_rad")};
-    }
-    std::printf("attempt %d held for %.3f s\n", attempt, held_s);
+    const Outcome outcome = outcome_of(merge_recordings(scratch.path()), loaded.scene);
+    if (outcome.free_ticks >= 500 && outcome.contact_ticks >= 500) return outcome;
+    std::printf("attempt %d: %zu ticks of free motion and %zu of contact were undisturbed\n", attempt,
+                outcome.free_ticks, outcome.contact_ticks);
   }
+  return std::nullopt;
 }
 
 double median(std::vector<double> values) {
@@ -73,7 +108,9 @@ void expect_like_the_lab(const std::string& name, const Sets& sets, int runs) {
   const Outcome lab = outcome_of(simulate(loaded), loaded.scene);
   std::vector<double> ratios, trackings;
   for (int i = 0; i < runs; ++i) {
-    const Outcome real = run_processes(name, sets);
+    const std::optional<Outcome> ran = run_processes(name, sets);
+    if (!ran) GTEST_SKIP() << "this machine is too busy: in four sessions the programs were hardly left to run";
+    const Outcome& real = *ran;
     std::printf("force ratio %.4f (lab %.4f), tracking %.3f mrad RMS (lab %.3f)\n", real.force_ratio, lab.force_ratio,
                 1e3 * real.tracking_rms_rad, 1e3 * lab.tracking_rms_rad);
     ratios.push_back(real.force_ratio);
