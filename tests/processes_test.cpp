@@ -1,5 +1,5 @@
-// The four programs together, while nothing disturbs them: they do what virtual time says they do, and their loop threads touch neither
-// heap nor mutex.
+// The four programs together, while nothing disturbs them: they do what virtual time says they do, and their loop
+// threads touch neither heap nor mutex.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,8 +36,8 @@ struct Outcome {
   std::size_t free_ticks = 0, contact_ticks = 0;
 };
 
-// Until when less of the peer is followed because a PC stood still (common/station/after_gap.hpp): the times at which the
-// PC of either side ran again after 3 ms or more, each with a second and a half.
+// While a PC stood still for 3 ms or more, and a second and a half after that: less of the peer is followed
+// (common/station/after_gap.hpp).
 std::vector<std::pair<double, double>> disturbed(const AlignedSession& a) {
   std::vector<std::pair<double, double>> out;
   for (const SideCurves* side : {&a.master, &a.slave})
