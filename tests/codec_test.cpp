@@ -52,6 +52,8 @@ Packet<N> random_packet(std::uint64_t& seed) {
     p.motion.v[i] = finite();
     p.motion.f[i] = finite();
   }
+  p.friction = finite();
+  p.friction_known = u32() % 2 == 1;
   return p;
 }
 
@@ -70,6 +72,8 @@ void expect_equal(const Packet<N>& a, const Packet<N>& b) {
   EXPECT_TRUE((a.motion.x == b.motion.x).all());
   EXPECT_TRUE((a.motion.v == b.motion.v).all());
   EXPECT_TRUE((a.motion.f == b.motion.f).all());
+  EXPECT_EQ(a.friction, b.friction);
+  EXPECT_EQ(a.friction_known, b.friction_known);
 }
 
 std::vector<std::byte> copy(std::span<const std::byte> bytes) { return {bytes.begin(), bytes.end()}; }
@@ -83,12 +87,13 @@ void seal(std::vector<std::byte>& bytes) {
 // Written field by field from the Protobuf encoding rules, with a bitwise CRC-32C, outside this program; `protoc
 // --decode` shows the same fields.
 constexpr unsigned char kGolden[] = {
-    0x0d, 0x01, 0x00, 0x00, 0x00, 0x15, 0xd4, 0xc3, 0xb2, 0xa1, 0x1d, 0x07, 0x00, 0x00, 0x00, 0x21, 0x14,
+    0x0d, 0x02, 0x00, 0x00, 0x00, 0x15, 0xd4, 0xc3, 0xb2, 0xa1, 0x1d, 0x07, 0x00, 0x00, 0x00, 0x21, 0x14,
     0x1a, 0x99, 0xbe, 0x1c, 0x00, 0x00, 0x00, 0x2d, 0x04, 0x03, 0x02, 0x01, 0x35, 0x05, 0x00, 0x00, 0x00,
     0x39, 0xfe, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x45, 0x60, 0xe3, 0x16, 0x00, 0x4d, 0xd0, 0x07,
     0x00, 0x00, 0x55, 0x02, 0x00, 0x00, 0x00, 0x5d, 0x21, 0x00, 0x00, 0x00, 0x62, 0x08, 0x00, 0x00, 0x00,
     0x00, 0x00, 0x00, 0xe0, 0x3f, 0x6a, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xf4, 0xbf, 0x72, 0x08,
-    0x9a, 0x99, 0x99, 0x99, 0x99, 0x99, 0xb9, 0x3f, 0xfd, 0x7f, 0xe2, 0x73, 0x32, 0x55};
+    0x9a, 0x99, 0x99, 0x99, 0x99, 0x99, 0xb9, 0x3f, 0xa9, 0x01, 0x9a, 0x99, 0x99, 0x99, 0x99, 0x99, 0xa9,
+    0x3f, 0xb5, 0x01, 0x01, 0x00, 0x00, 0x00, 0xfd, 0x7f, 0xdc, 0xdf, 0x96, 0x21};
 
 Packet<1> golden_packet() {
   Packet<1> p{.session = 0xA1B2C3D4,
@@ -101,7 +106,9 @@ Packet<1> golden_packet() {
               .expiry_ms = 2000,
               .state = StationState::kEngaged,
               .limits = kLimitTorque | kLimitDevice,
-              .motion = {}};
+              .motion = {},
+              .friction = 0.05,
+              .friction_known = true};
   p.motion.x[0] = 0.5;
   p.motion.v[0] = -1.25;
   p.motion.f[0] = 0.1;
@@ -143,7 +150,7 @@ TEST(Codec, GivesBackWhatItWasGiven) {
 TEST(Codec, SizeDoesNotDependOnValues) {
   PacketCodec<2> codec;
   Packet<2> p;
-  EXPECT_EQ(codec.encode(p).size(), 123u);
+  EXPECT_EQ(codec.encode(p).size(), 139u);
   p = {.session = ~0u,
        .seq = ~0u,
        .send_time_ns = std::numeric_limits<Nanoseconds>::min(),
@@ -159,7 +166,7 @@ TEST(Codec, SizeDoesNotDependOnValues) {
   p.motion.v << std::numeric_limits<double>::denorm_min(), -0.0;
   p.motion.f << 0.0, -std::numeric_limits<double>::min();
   const auto bytes = codec.encode(p);
-  EXPECT_EQ(bytes.size(), 123u);
+  EXPECT_EQ(bytes.size(), 139u);
   Packet<2> decoded;
   ASSERT_EQ(codec.decode(bytes, decoded), DecodeResult::kOk);
   expect_equal(decoded, p);
@@ -211,10 +218,13 @@ TEST(Codec, RejectsNonFiniteMotionBehindAValidChecksum) {
       Packet<2> out;
       EXPECT_EQ(codec.decode(codec.encode(p), out), DecodeResult::kNotFinite) << field;
     }
+    Packet<2> p, out;
+    p.friction = bad;
+    EXPECT_EQ(codec.decode(codec.encode(p), out), DecodeResult::kNotFinite);
   }
 }
 
-TEST(Codec, RejectsUnknownStatesAndLimits) {
+TEST(Codec, RejectsUnknownStatesLimitsAndFlags) {
   PacketCodec<1> codec;
   Packet<1> out;
   for (unsigned state = 0; state < 256; ++state) {
@@ -228,6 +238,12 @@ TEST(Codec, RejectsUnknownStatesAndLimits) {
     const bool known = bit % 16 < 12;  // those that act, and those that are near
     EXPECT_EQ(codec.decode(codec.encode(p), out), known ? DecodeResult::kOk : DecodeResult::kValue) << bit;
   }
+  for (unsigned flag = 0; flag < 256; ++flag) {
+    std::vector<std::byte> bytes = copy(codec.encode(Packet<1>{}));
+    bytes[bytes.size() - 10] = static_cast<std::byte>(flag);
+    seal(bytes);
+    EXPECT_EQ(codec.decode(bytes, out), flag <= 1 ? DecodeResult::kOk : DecodeResult::kValue) << flag;
+  }
 }
 
 TEST(Codec, NamesAnotherVersionWhateverItsSize) {
@@ -235,7 +251,7 @@ TEST(Codec, NamesAnotherVersionWhateverItsSize) {
   const std::vector<std::byte> good = copy(codec.encode(golden_packet()));
   Packet<1> out;
   std::vector<std::byte> other = good;
-  other[1] = std::byte{2};
+  other[1] = std::byte{3};
   EXPECT_EQ(codec.decode(other, out), DecodeResult::kChecksum);  // damaged, not another version
   seal(other);
   EXPECT_EQ(codec.decode(other, out), DecodeResult::kVersion);

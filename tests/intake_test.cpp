@@ -40,6 +40,17 @@ TEST(Intake, WhatAPeerIsRightAboutPassesToTheBit) {
   EXPECT_EQ(intake.cuts(), 0u);
 }
 
+TEST(Intake, FrictionOfThePeerIsKeptWithinTheOwnTorqueOrUnknown) {
+  const Intake<1> intake({.torque = 2.0}, kDt);
+  EXPECT_EQ(intake.friction(0.0), 0.0);
+  EXPECT_EQ(intake.friction(0.05), 0.05);
+  EXPECT_EQ(intake.friction(2.5), 2.0);
+  EXPECT_EQ(intake.friction(std::numeric_limits<double>::infinity()), 2.0);
+  EXPECT_TRUE(std::isnan(intake.friction(-1e-9)));
+  EXPECT_TRUE(std::isnan(intake.friction(-1e300)));
+  EXPECT_TRUE(std::isnan(intake.friction(std::numeric_limits<double>::quiet_NaN())));
+}
+
 TEST(Intake, WhateverIsToldStaysWithinTheLimitsOfThisSide) {
   std::mt19937_64 bits(2);
   const double wild[] = {0, 0.3, -0.3, 1, 3.2, 20, -20, 1e6, -1e6, 1e300, -1e300, std::numeric_limits<double>::max()};

@@ -113,10 +113,14 @@ TEST(PacketsWithEnergy, AreLongerByItAndRefusedWhereNoneIsKept) {
   Packet<1> packet, back;
   packet.session = packet.seq = 1;
   packet.energy = 0.1234;
+  packet.friction = 0.05;
+  packet.friction_known = true;
   const auto bytes = with.encode(packet);
   EXPECT_EQ(bytes.size(), PacketCodec<1>::kSize + PacketCodec<1>::kEnergyBytes);
   EXPECT_EQ(with.decode(bytes, back), DecodeResult::kOk);
   EXPECT_EQ(back.energy, 0.1234);
+  EXPECT_EQ(back.friction, 0.05);
+  EXPECT_TRUE(back.friction_known);
   EXPECT_EQ(without.decode(bytes, back), DecodeResult::kSize);
   EXPECT_EQ(with.decode(without.encode(packet), back), DecodeResult::kSize);
   packet.energy = std::nan("");

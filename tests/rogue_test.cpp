@@ -45,7 +45,8 @@ TEST(RoguePeer, SaysNothingThatTheCodecWouldNotCarry) {
       const StationState state = t > 1.05 ? StationState::kEngaged : StationState::kReady;
       for (const Packet<1>& packet : peer.tick({t, 0.1 * std::sin(9 * t), std::cos(9 * t), 1, state, {}})) {
         ++said;
-        ASSERT_TRUE(packet.motion.finite() && std::isfinite(packet.energy)) << text_of(random_genome(dice));
+        ASSERT_TRUE(packet.motion.finite() && std::isfinite(packet.energy) && std::isfinite(packet.friction))
+            << text_of(random_genome(dice));
         ASSERT_LE(packet.state, kLastState);
       }
     }

@@ -53,6 +53,11 @@ struct LawInputs {
   bool engaged = false;                 // the axis follows the law
   Account<N> account;                   // only if LawNeeds asks for it
   const NetworkNow* network = nullptr;  // only if LawNeeds asks for it; null while unknown
+  // Friction of the peer's device that its reaction contains, N m, scaled to this side and from 0 to the own limit of
+  // torque: a reaction below it may come without a contact. NaN while the peer has not told it. Known: measured by an
+  // empty sweep not older than a day; else only assumed.
+  double peer_friction = std::numeric_limits<double>::quiet_NaN();
+  bool peer_friction_known = false;
 };
 
 // What a packet tells the peer in place of the axis' motion. The layout of packets is the same for every law.

@@ -82,6 +82,8 @@ wire::Packet message_of(const Packet<N>& packet, bool with_energy) {
     message.add_f(packet.motion.f[i]);
   }
   if (with_energy) message.set_energy(packet.energy);
+  message.set_friction_nm(packet.friction);
+  message.set_friction_known(packet.friction_known);
   message.set_crc32c(0);
   return message;
 }
@@ -104,7 +106,9 @@ Packet<N> told_apart() {
   for (Joints<N>* vector : {&packet.motion.x, &packet.motion.v, &packet.motion.f}) {
     for (int i = 0; i < N; ++i) (*vector)[i] = value *= 1.7;
   }
-  packet.energy = value * 1.7;
+  packet.energy = value *= 1.7;
+  packet.friction = value * 1.7;
+  packet.friction_known = true;
   return packet;
 }
 
@@ -127,6 +131,8 @@ PacketCodec<N>::PacketCodec(bool with_energy)
   for (const std::size_t value_bytes : {4, 4, 4, 8, 4, 4, 8, 4, 4, 4, 4}) field(1, value_bytes);
   for (int vector = 0; vector < 3; ++vector) field(2, 8 * std::size_t{N});
   if (with_energy) field(1, 8);
+  field(2, 8);
+  field(2, 4);
   field(2, kChecksumBytes);
 
   // The same bytes as Protobuf's, or its layout is another one.
@@ -167,7 +173,13 @@ std::span<const std::byte> PacketCodec<N>::encode(const Packet<N>& packet) noexc
     std::memcpy(to + at, vector->data(), 8 * std::size_t{N});
     at += 8 * std::size_t{N} + 2;
   }
-  if (with_energy_) store(packet.energy, to + at - 1);
+  at -= 2;
+  if (with_energy_) {
+    store(packet.energy, to + at + 1);
+    at += kEnergyBytes;
+  }
+  store(packet.friction, to + at + 2);
+  store(std::uint32_t{packet.friction_known}, to + at + 12);
   const std::span<const std::byte> bytes(buffer_.data(), size_);
   store(crc32c(bytes.first(size_ - kChecksumFieldBytes)), to + size_ - kChecksumBytes);
   return bytes;
@@ -205,8 +217,17 @@ DecodeResult PacketCodec<N>::decode(std::span<const std::byte> bytes, Packet<N>&
     std::memcpy(vector->data(), from + at, 8 * std::size_t{N});
     at += 8 * std::size_t{N} + 2;
   }
-  packet.energy = with_energy_ ? load<double>(from + at - 1) : 0.0;
-  if (!packet.motion.finite() || !std::isfinite(packet.energy)) return DecodeResult::kNotFinite;
+  at -= 2;
+  if (with_energy_) {
+    packet.energy = load<double>(from + at + 1);
+    at += kEnergyBytes;
+  }
+  packet.friction = load<double>(from + at + 2);
+  const auto friction_known = load<std::uint32_t>(from + at + 12);
+  if (friction_known > 1) return DecodeResult::kValue;
+  packet.friction_known = friction_known == 1;
+  if (!packet.motion.finite() || !std::isfinite(packet.energy) || !std::isfinite(packet.friction))
+    return DecodeResult::kNotFinite;
   out = packet;
   return DecodeResult::kOk;
 }

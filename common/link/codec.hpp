@@ -21,8 +21,8 @@ enum class DecodeResult : std::uint8_t {
   kFormat,     // a tag or a length differs
   kChecksum,   // damaged on the way
   kVersion,    // intact, but the peer speaks another version
-  kValue,      // unknown state or limit bit
-  kNotFinite,  // NaN or Inf in position, velocity, torque or energy
+  kValue,      // unknown state or limit bit, a flag that is neither 0 nor 1
+  kNotFinite,  // NaN or Inf in position, velocity, torque, energy or friction
 };
 inline constexpr std::size_t kDecodeResults = 7;
 
@@ -33,7 +33,7 @@ std::uint32_t crc32c(std::span<const std::byte> bytes) noexcept;
 template <int N>
 class PacketCodec {
  public:
-  static constexpr std::size_t kSize = 75 + 3 * 8 * std::size_t{N};
+  static constexpr std::size_t kSize = 91 + 3 * 8 * std::size_t{N};
   static constexpr std::size_t kEnergyBytes = 1 + 8;  // in addition to kSize, in packets with energy
 
   // Throws std::logic_error if Protobuf writes packets in another layout.

@@ -8,7 +8,7 @@
 
 namespace farhand {
 
-inline constexpr std::uint32_t kProtocolVersion = 1;
+inline constexpr std::uint32_t kProtocolVersion = 2;
 
 // State of a station. The numbers are on the wire and in recordings: never reuse one.
 enum class StationState : std::uint8_t {
@@ -39,6 +39,10 @@ struct Packet {
   std::uint32_t limits = 0;  // LimitBit
   Motion<N> motion;
   double energy = 0.0;  // J so far, never falling; on the wire only if the law needs it (PacketCodec)
+  // Friction of the sender's device that its reaction contains, N m; negative: unknown. Known: from an empty sweep not
+  // older than a day; else it is only assumed.
+  double friction = 0.0;
+  bool friction_known = false;
 };
 
 }  // namespace farhand

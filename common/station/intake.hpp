@@ -7,6 +7,7 @@
 //   wave           sent in the torque's place as its integral, sqrt(W) s, which has no bound; its slope is bounded,
 //                  |u| <= (b v_max + tau_max) / sqrt(2 b), a wave that this axis could have sent
 //   energy         a sum that only grows: by no more than tau_max v_max times the time
+//   friction       from 0 to the own limit of torque
 //
 // All values are scaled to this side. Rates count from the last motion that was played, so that a gap of the network
 // cuts nothing. The excess of a sum is discarded and not added later: a peer that sends wrong sums for a minute does
@@ -17,6 +18,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "common/signal/limit_bits.hpp"
 #include "common/signal/motion.hpp"
@@ -107,6 +109,11 @@ class Intake {
     credit_ -= std::clamp(energy_.value() - before, 0.0, credit_);
     if (cut && driven && active_ == 0) ++cuts_;  // once a tick
     return energy_.value();
+  }
+
+  // told: friction of the peer's device, N m, finite; negative: unknown, for which NaN is returned.
+  double friction(double told) const noexcept {
+    return told >= 0.0 ? std::min(told, p_.torque) : std::numeric_limits<double>::quiet_NaN();
   }
 
   // LimitBit: limits that cut the last motion. (A cut energy is only counted.)

@@ -63,6 +63,12 @@ struct Scale {
   }
 };
 
+// Friction of the own device that its reaction contains and a sweep without a hand measures. It is told to the peer.
+struct KnownFriction {
+  double threshold = 0.1;  // N m: a reaction below it may come without a hand. The default is for an unmeasured device
+  bool known = false;      // measured by an empty sweep not older than a day
+};
+
 struct StationParams {
   Role role = Role::kLeader;
   Scale scale;                                     // the leader's only
@@ -74,6 +80,7 @@ struct StationParams {
   HomingParams homing;            // used only if the engagement asks for it
   IdentifyingParams identifying;  // used only if the engagement asks for it
   GuardParams guard;              // limits: the follower's only
+  KnownFriction friction;         // the follower's only
   double align_speed = 0.3;       // rad/s
   double align_tolerance = 0.01;  // rad
   double blend_s = 0.5;

@@ -54,7 +54,8 @@ class Station {
         peer_ticks_(p.control.drive.dt_s),
         last_word_(p.control.drive.dt_s, p.intake.wave > 0.0),
         blend_(p.blend_s, p.align_speed),
-        meter_(p.control.drive.dt_s) {
+        meter_(p.control.drive.dt_s),
+        friction_(p.friction) {
     if (p.role == Role::kFollower) {
       guard_.emplace(p.guard, p.control.drive);
     } else {
@@ -118,6 +119,10 @@ class Station {
     inputs_.received = trace_.remote;
     inputs_.since = since;
     inputs_.engaged = trace_.state == StationState::kEngaged;
+    if (receiver_.heard()) {
+      inputs_.peer_friction = intake_.friction(receiver_.newest().friction * params_.scale.force);
+      inputs_.peer_friction_known = receiver_.newest().friction_known;
+    }
     if (changed_ && inputs_.engaged) law_.start(inputs_);
     wish_ = law_.step(inputs_);
     trace_.law = law_.signals();
@@ -262,6 +267,10 @@ class Station {
     packet.state = trace_.state;
     packet.limits = trace_.limits;
     packet.motion = params_.scale.to_peer(Motion<N>{wish_.tell.x, wish_.tell.v, wish_.tell.u});
+    if (params_.role == Role::kFollower) {
+      packet.friction = friction_.threshold;
+      packet.friction_known = friction_.known;
+    }
     if (law_.needs().account) packet.energy = wish_.energy * params_.scale.position / params_.scale.force;
   }
 
@@ -291,6 +300,7 @@ class Station {
   TickTrace<N> trace_;
   Joints<N> x_hold_ = Joints<N>::Zero();
   Joints<N> x_source_ = Joints<N>::Zero();
+  KnownFriction friction_;
   double zero_ = 0.0;  // rad, found by homing
   std::uint32_t seq_ = 0;
   bool was_usable_ = false;

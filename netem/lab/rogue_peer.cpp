@@ -124,6 +124,7 @@ void Peer::post(Packet<1> packet) {
   packet.motion.v[0] = finite(packet.motion.v[0]);
   packet.motion.f[0] = finite(packet.motion.f[0]);
   packet.energy = finite(packet.energy);
+  packet.friction = finite(packet.friction);
   out_.push_back(packet);
 }
 
@@ -161,6 +162,8 @@ const std::vector<Packet<1>>& Peer::tick(const Seen& seen) {
     packet.motion.x[0] = say(s.x, seen.x, segment_start_.x, 0.349);
     packet.motion.v[0] = say(s.v, seen.v, segment_start_.v, 4.0);
     packet.motion.f[0] = say(s.f, -seen.f, -segment_start_.f, 3.0);
+    packet.friction = packet.motion.f[0];
+    packet.friction_known = true;
     if (s.velocity_of_x && said_) packet.motion.v[0] = finite((packet.motion.x[0] - x_said_) / kTick);
     if (plan_.legal) packet.motion.v[0] = std::clamp(packet.motion.v[0], -4.0, 4.0);
     if (plan_.attack_from == 0 || engaged) {
