@@ -45,7 +45,7 @@ Packet<N> random_packet(std::uint64_t& seed) {
   p.echo_send_time_ns = static_cast<Nanoseconds>(split_mix(seed));
   p.echo_dwell_ns = u32();
   p.expiry_ms = u32();
-  p.state = static_cast<StationState>(u32() % 9);
+  p.state = static_cast<StationState>(u32() % 11);
   p.limits = u32() & kAllLimits;
   for (int i = 0; i < N; ++i) {
     p.motion.x[i] = finite();
@@ -230,7 +230,7 @@ TEST(Codec, RejectsUnknownStatesLimitsAndFlags) {
   for (unsigned state = 0; state < 256; ++state) {
     Packet<1> p;
     p.state = static_cast<StationState>(state);
-    EXPECT_EQ(codec.decode(codec.encode(p), out), state <= 9 ? DecodeResult::kOk : DecodeResult::kValue) << state;
+    EXPECT_EQ(codec.decode(codec.encode(p), out), state <= 10 ? DecodeResult::kOk : DecodeResult::kValue) << state;
   }
   for (unsigned bit = 0; bit < 32; ++bit) {
     Packet<1> p;

@@ -203,7 +203,7 @@ class Weather {
   EngagementInputs next() {
     if (random_() % 128 == 0) turn();
     EngagementInputs in;
-    if (happens(kAct) || random_() % 64 == 0) in.act = static_cast<OperatorAct>(random_() % 7);
+    if (happens(kAct) || random_() % 64 == 0) in.act = static_cast<OperatorAct>(random_() % 8);
     in.device_valid = !happens(kLost);
     in.finite = !happens(kNotFinite);
     in.in_range = !happens(kOutOfRange);
@@ -212,11 +212,12 @@ class Weather {
     if (in.line == LineQuality::kLags) in.device_valid = false;
     if (happens(kHomed)) in.homing = random_() % 2 == 0 ? HomingProgress::kBlocked : HomingProgress::kDone;
     if (happens(kIdentified)) in.identifying = static_cast<IdentifyingProgress>(1 + random_() % 3);
+    if (happens(kSwept)) in.sweeping = static_cast<SweepingProgress>(1 + random_() % 4);
     if (happens(kGuardFault)) in.guard_fault = Reason::kOutOfRange;
     in.limit_holds = happens(kPatientLimit);
     in.shaken = happens(kShaken);
     in.peer_alive = !happens(kSilent);
-    if (happens(kPeerChanges)) peer_ = static_cast<S>(random_() % 10);
+    if (happens(kPeerChanges)) peer_ = static_cast<S>(random_() % 11);
     in.peer = peer_;
     in.aligned = !happens(kApart);
     return in;
@@ -233,6 +234,7 @@ class Weather {
     kLine,
     kHomed,
     kIdentified,
+    kSwept,
     kGuardFault,
     kPatientLimit,
     kShaken,
@@ -266,7 +268,8 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
                                   .self_test_limit = 12,
                                   .homing = round % 4 < 2,
                                   .homing_timeout = 40,
-                                  .identification = round % 8 < 6};
+                                  .identification = round % 8 < 6,
+                                  .sweep = round % 16 < 12};
     Weather weather(static_cast<std::uint64_t>(round) + 1);
     Engagement machine(role, params);
     Nanoseconds now = 0, unsound = 0;  // when the device was last seen unsound, or the test began
@@ -302,8 +305,8 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
       }
       // What moves, and what may begin to.
       if (asks_of(next) == Asks::kMotion) {
-        ASSERT_TRUE(next == S::kHoming || next == S::kIdentifying || next == S::kAligning || next == S::kEngaged ||
-                    next == S::kHolding);
+        ASSERT_TRUE(next == S::kHoming || next == S::kIdentifying || next == S::kSweeping || next == S::kAligning ||
+                    next == S::kEngaged || next == S::kHolding);
         ASSERT_TRUE(last != S::kOff && last != S::kFault && last != S::kStopped);
         ASSERT_TRUE(last != S::kSelfTest || next == S::kHoming);
       }
@@ -312,6 +315,14 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
       }
       if (next != last && next == S::kIdentifying) {
         ASSERT_TRUE(last == S::kReady && params.identification && in.act == OperatorAct::kIdentify);
+      }
+      if (next != last && next == S::kSweeping) {
+        ASSERT_TRUE(last == S::kReady && role == Role::kFollower && params.sweep && in.act == OperatorAct::kSweep);
+      }
+      if (last == S::kSweeping) {
+        ASSERT_TRUE(next == last || next == S::kReady || next == S::kFault || next == S::kStopped);
+        ASSERT_TRUE(next != S::kReady || in.sweeping == SweepingProgress::kDone);
+        ASSERT_TRUE(in.act == OperatorAct::kNone || next != last);
       }
       if (last == S::kIdentifying) {
         ASSERT_TRUE(next == last || next == S::kReady || next == S::kFault || next == S::kStopped);

@@ -22,12 +22,13 @@ TEST(OperatorInput, ReadsOneWordPerLine) {
   Pipe pipe;
   OperatorInput input(pipe.out());
   EXPECT_EQ(input.poll(0), std::nullopt);
-  pipe.say("engage\nhold\r\n  reset \t\nhome\nidentify\n");
+  pipe.say("engage\nhold\r\n  reset \t\nhome\nidentify\nfriction\n");
   EXPECT_EQ(input.poll(0), OperatorAct::kEngage);
   EXPECT_EQ(input.poll(0), OperatorAct::kHold);
   EXPECT_EQ(input.poll(0), OperatorAct::kReset);
   EXPECT_EQ(input.poll(0), OperatorAct::kHome);
   EXPECT_EQ(input.poll(0), OperatorAct::kIdentify);
+  EXPECT_EQ(input.poll(0), OperatorAct::kSweep);
   EXPECT_EQ(input.poll(0), std::nullopt);
 }
 

@@ -120,11 +120,11 @@ void expect_nothing_unsafe(std::uint64_t seed) {
       const OperatorAct led = identification ? OperatorAct::kIdentify : OperatorAct::kHome;
       if (dice < 40) pair.act = dice < 20 ? OperatorAct::kEngage : dice < 30 ? OperatorAct::kReset : led;
       if (dice >= 40 && dice < 60) pair.slave_act = dice < 50 ? OperatorAct::kReset : led;
-      if (dice == 60) pair.act = static_cast<OperatorAct>(random() % 7);
-      if (dice == 61) pair.slave_act = static_cast<OperatorAct>(random() % 7);
+      if (dice == 60) pair.act = static_cast<OperatorAct>(random() % 8);
+      if (dice == 61) pair.slave_act = static_cast<OperatorAct>(random() % 8);
       if (dice == 62) pair.forward = false;
       if (dice == 63) pair.backward = false;
-      if (dice == 64) pair.lie = static_cast<S>(random() % 10);
+      if (dice == 64) pair.lie = static_cast<S>(random() % 11);
       if (dice == 65) fail(pair.master);
       if (dice == 66) fail(pair.slave);
       if (dice == 67) pair.master.axis.rest[0] = uniform(-0.3, 0.3);

@@ -99,9 +99,10 @@ TEST(TypedKeys, HoldIsDoneAtOnce) {
   EXPECT_EQ(Typist(0).type("HOLD\n").take(), (Acts{kHold, kHold}));
 }
 
-const std::pair<char, OperatorAct> kLetters[] = {{'e', kEngage}, {'r', kReset}, {'o', kHome}, {'i', kIdentify}};
+const std::pair<char, OperatorAct> kLetters[] = {
+    {'e', kEngage}, {'r', kReset}, {'o', kHome}, {'i', kIdentify}, {'f', kSweep}};
 const std::pair<std::string, OperatorAct> kWords[] = {
-    {"engage", kEngage}, {"reset", kReset}, {"home", kHome}, {"identify", kIdentify}};
+    {"engage", kEngage}, {"reset", kReset}, {"home", kHome}, {"identify", kIdentify}, {"friction", kSweep}};
 
 TEST(TypedKeys, ALetterAloneActsOnceASecondAfterItsKey) {
   for (const auto& [letter, act] : kLetters) {

@@ -17,6 +17,8 @@ OperatorAct act_of(scene::Act act) {
       return OperatorAct::kHome;
     case scene::IDENTIFY:
       return OperatorAct::kIdentify;
+    case scene::SWEEP:
+      return OperatorAct::kSweep;
     default:
       break;
   }

@@ -233,6 +233,11 @@ StationParams slave_station_params(const scene::Scene& scene, std::uint32_t sess
   p.control.law.tank.alpha = p.control.law.tank.B_fast =
       0.0;  // what the therapist does not feel does not tell him either
   p.identifying.resolution = count_rad(scene.slave().motor().encoder_counts_per_rev());
+  // A margin at both ends of the range, where references are cut.
+  const double width = axis.range_max_rad() - axis.range_min_rad(), margin = std::min(0.035, 0.1 * width);
+  p.engagement.sweep = scene.control().k_p_per_s2() > 0.0;
+  p.sweeping.low = axis.range_min_rad() + margin;
+  p.sweeping.high = axis.range_max_rad() - margin;
   p.guard.limits = patient_limits(scene.slave());
   p.guard.plausibility = plausibility_of_slave(scene, p.control.drive);
   p.control.drive.resolution = p.guard.plausibility.resolution;

@@ -21,9 +21,10 @@ enum class StationState : std::uint8_t {
   kSelfTest = 6,
   kHoming = 7,
   kStopped = 8,
-  kIdentifying = 9
+  kIdentifying = 9,
+  kSweeping = 10
 };
-inline constexpr StationState kLastState = StationState::kIdentifying;  // the codec rejects anything beyond
+inline constexpr StationState kLastState = StationState::kSweeping;  // the codec rejects anything beyond
 
 template <int N>
 struct Packet {

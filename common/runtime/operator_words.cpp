@@ -21,6 +21,7 @@ std::optional<OperatorAct> act_of_word(std::string_view word) noexcept {
   if (word == "reset") return OperatorAct::kReset;
   if (word == "home") return OperatorAct::kHome;
   if (word == "identify") return OperatorAct::kIdentify;
+  if (word == "friction") return OperatorAct::kSweep;
   return std::nullopt;
 }
 

@@ -12,7 +12,7 @@ namespace farhand {
 // Acts that can lead to a torque that was not there before.
 constexpr bool needs_intent(OperatorAct act) noexcept {
   return act == OperatorAct::kEngage || act == OperatorAct::kReset || act == OperatorAct::kHome ||
-         act == OperatorAct::kIdentify;
+         act == OperatorAct::kIdentify || act == OperatorAct::kSweep;
 }
 
 constexpr bool is_stop_letter(char c) noexcept { return c == 's' || c == 'S' || c == 'q' || c == 'Q'; }
@@ -21,10 +21,11 @@ constexpr bool is_stop_letter(char c) noexcept { return c == 's' || c == 'S' || 
 inline constexpr const char* kKeysInShort =
     "Keys on a terminal: s, q, space, Esc, Enter and whatever could mean it stop at once, h holds. e (engage), r "
     "(reset),\n"
-    "o (home) and i (identify) act with no other key within 0.3 s before and 1 s after, and so do these words with "
-    "Enter;\n"
+    "o (home), i (identify) and f (friction, the patient's box) act with no other key within 0.3 s before and 1 s\n"
+    "after, and so do these words with Enter;\n"
     "after other text none does, until Backspace takes it back. Ctrl-Z comes to rest before the program is suspended,\n"
-    "Ctrl-C before it ends. Lines of a pipe: engage, hold, stop, reset, home, identify; any other line stops.";
+    "Ctrl-C before it ends. Lines of a pipe: engage, hold, stop, reset, home, identify, friction; any other line "
+    "stops.";
 
 std::optional<OperatorAct> act_of_word(std::string_view word) noexcept;
 

@@ -20,6 +20,8 @@ class Side {
   // now: monotonic clock of this side; t_s: time of the run; ticks: periods since the last call. Returns the packet for
   // the peer.
   virtual Packet<1> tick(Nanoseconds now, double t_s, OperatorAct act, int ticks) noexcept = 0;
+  // What an earlier sweep of the device has found; before the first tick.
+  virtual void know(const KnownFriction& friction) noexcept = 0;
   // The program does not run: a simulated device goes on by itself, to t_s.
   virtual void go_on(double t_s) noexcept = 0;
   virtual Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept = 0;

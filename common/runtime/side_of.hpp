@@ -49,6 +49,7 @@ class SideOf final : public Side {
     axis_.write(out.command, t_s);
     return out.packet;
   }
+  void know(const KnownFriction& friction) noexcept override { station_.know(friction); }
   void go_on(double t_s) noexcept override {
     if constexpr (requires { axis_.go_on(t_s); }) axis_.go_on(t_s);
     if constexpr (requires { axis_.port.go_on(t_s); }) axis_.port.go_on(t_s);

@@ -24,6 +24,8 @@ OperatorAct act_of_letter(char c) noexcept {
       return OperatorAct::kHome;
     case 'i':
       return OperatorAct::kIdentify;
+    case 'f':
+      return OperatorAct::kSweep;
     default:
       return OperatorAct::kNone;
   }

@@ -3,8 +3,8 @@
 //
 //   s q space Esc Enter, in either case, and every control key but Backspace and Ctrl-U   stop, at once
 //   h                                                                                     hold, at once
-//   e r o i   on an empty line, after 0.3 s and before 1 s without any key                engage, reset, home, identify
-//   engage reset home identify   and Enter, with 0.3 s of silence before and after        the same
+//   e r o i f   on an empty line, after 0.3 s and before 1 s without a key      engage, reset, home, identify, friction
+//   engage reset home identify friction   and Enter, with 0.3 s of silence before and after                  the same
 //
 // Text stays in the line, and no letter counts after it, however slowly it is typed. Only Enter and Esc, which stop,
 // and Backspace and Ctrl-U empty the line. The silence after a letter is a second and not 0.3 s, because people who

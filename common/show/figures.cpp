@@ -63,6 +63,8 @@ Lanes::Stretch state_stretch(int state, double from, double until) {
       return {from, until, "#9e9ac8", 1, "homing"};
     case StationState::kIdentifying:
       return {from, until, "#bcbddc", 1, "identifying"};
+    case StationState::kSweeping:
+      return {from, until, "#bcbddc", 1, "sweeping"};
     case StationState::kStopped:
       return {from, until, "#a50f15", 1, "stopped"};
   }

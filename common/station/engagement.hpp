@@ -17,10 +17,12 @@ struct EngagementParams {
   bool homing = false;                        // the device knows its angle only after it was led to a stop
   Nanoseconds homing_timeout = 30 * kSecond;
   bool identification = false;  // `identify` may check whether the axis is the one of the scene
+  bool sweep = false;           // `friction` may measure the friction of the follower's device
 };
 
 enum class HomingProgress : std::uint8_t { kUnderway, kBlocked, kDone };
 enum class IdentifyingProgress : std::uint8_t { kUnderway, kBlocked, kAnother, kAsSaid };
+enum class SweepingProgress : std::uint8_t { kUnderway, kBlocked, kResisted, kUneven, kDone };
 
 struct EngagementInputs {
   OperatorAct act = OperatorAct::kNone;   // of this side
@@ -31,6 +33,7 @@ struct EngagementInputs {
   LineQuality line = LineQuality::kGood;  // of the line to the device
   HomingProgress homing = HomingProgress::kUnderway;
   IdentifyingProgress identifying = IdentifyingProgress::kUnderway;
+  SweepingProgress sweeping = SweepingProgress::kUnderway;
   std::optional<Reason> guard_fault;  // fault found by the guard of the patient's side
   bool limit_holds = false;           // a limit of the patient's side asks for rest
   bool shaken = false;                // the hand shakes although the gain of the peer's commands is low

@@ -26,6 +26,9 @@ class Journal {
     if (!std::exchange(begun_, true) || trace.state != state_) {
       told(worded("%s: %s", name_of(trace.state), why));
       if (trace.reason == Reason::kAnotherAxis) told(std::string_view(name_of(trace.misfit)));
+      if (state_ == StationState::kSweeping && trace.swept.values > 0)
+        told(worded("friction: %.4f N m, spread %.4f N m, slope %.3f N m/rad over the angle", trace.swept.F_c,
+                    trace.swept.spread, trace.swept.slope));
     }
     state_ = trace.state;
     shaking(t_s, trace, told);

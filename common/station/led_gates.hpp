@@ -1,4 +1,4 @@
-// The last gate of an axis that its own station leads, in homing and identification.
+// The last gate of an axis that its own station leads, in homing, identification and sweep.
 #pragma once
 
 #include <algorithm>
@@ -23,6 +23,13 @@ inline GateParams identifying_gate(const StationParams& params) noexcept {
   const DriveParams& drive = params.control.drive;
   GateParams gate = drive.gate;
   gate.torque = std::min(gate.torque, params.identifying.torque + drive.model.gravity);
+  return gate;
+}
+
+inline GateParams sweeping_gate(const StationParams& params) noexcept {
+  const DriveParams& drive = params.control.drive;
+  GateParams gate = drive.gate;
+  gate.torque = std::min(gate.torque, params.sweeping.torque + drive.model.gravity);
   return gate;
 }
 

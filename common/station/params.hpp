@@ -13,7 +13,9 @@
 #include "common/station/engagement.hpp"
 #include "common/station/homing.hpp"
 #include "common/station/identifying_params.hpp"
+#include "common/station/known_friction.hpp"
 #include "common/station/patient_limits.hpp"
+#include "common/station/sweeping.hpp"
 
 namespace farhand {
 
@@ -63,12 +65,6 @@ struct Scale {
   }
 };
 
-// Friction of the own device that its reaction contains and a sweep without a hand measures. It is told to the peer.
-struct KnownFriction {
-  double threshold = 0.1;  // N m: a reaction below it may come without a hand. The default is for an unmeasured device
-  bool known = false;      // measured by an empty sweep not older than a day
-};
-
 struct StationParams {
   Role role = Role::kLeader;
   Scale scale;                                     // the leader's only
@@ -81,6 +77,7 @@ struct StationParams {
   IdentifyingParams identifying;  // used only if the engagement asks for it
   GuardParams guard;              // limits: the follower's only
   KnownFriction friction;         // the follower's only
+  SweepingParams sweeping;        // the follower's only
   double align_speed = 0.3;       // rad/s
   double align_tolerance = 0.01;  // rad
   double blend_s = 0.5;

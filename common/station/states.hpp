@@ -9,7 +9,7 @@
 
 namespace farhand {
 
-enum class OperatorAct : std::uint8_t { kNone, kEngage, kHold, kStop, kReset, kHome, kIdentify };
+enum class OperatorAct : std::uint8_t { kNone, kEngage, kHold, kStop, kReset, kHome, kIdentify, kSweep };
 
 // Reason for the last change of state; in events and on the status line.
 enum class Reason : std::uint8_t {
@@ -40,7 +40,10 @@ enum class Reason : std::uint8_t {
   kAnotherAxis,
   kTherapistLimit,
   kLineLags,
-  kLineSlow
+  kLineSlow,
+  kSwept,
+  kResisted,
+  kUneven
 };
 
 class StateSet {
@@ -71,6 +74,7 @@ constexpr Asks asks_of(StationState state) noexcept {
       return Asks::kWeight;
     case StationState::kHoming:
     case StationState::kIdentifying:
+    case StationState::kSweeping:
     case StationState::kAligning:
     case StationState::kEngaged:
     case StationState::kHolding:
@@ -85,12 +89,12 @@ constexpr Asks asks_of(StationState state) noexcept {
 }
 
 constexpr const char* name_of(StationState state) noexcept {
-  constexpr const char* kNames[] = {"ready", "aligning",  "engaged", "holding", "fault",
-                                    "off",   "self-test", "homing",  "stopped", "identifying"};
+  constexpr const char* kNames[] = {"ready",     "aligning", "engaged", "holding",     "fault",   "off",
+                                    "self-test", "homing",   "stopped", "identifying", "sweeping"};
   return kNames[static_cast<int>(state)];
 }
 constexpr const char* name_of(OperatorAct act) noexcept {
-  constexpr const char* kNames[] = {"nothing", "engage", "hold", "stop", "reset", "home", "identify"};
+  constexpr const char* kNames[] = {"nothing", "engage", "hold", "stop", "reset", "home", "identify", "friction"};
   return kNames[static_cast<int>(act)];
 }
 constexpr const char* name_of(Reason reason) noexcept {
@@ -121,7 +125,10 @@ constexpr const char* name_of(Reason reason) noexcept {
                                     "axis is not as the scene says",
                                     "therapist's limit",
                                     "serial line lags by 20 ms",
-                                    "serial line takes over 8 ms: see its latency timer"};
+                                    "serial line takes over 8 ms: see its latency timer",
+                                    "friction measured",
+                                    "something resists: a hand in the device?",
+                                    "friction is not even: is something touched?"};
   return kNames[static_cast<int>(reason)];
 }
 constexpr const char* name_of(Asks asks) noexcept {

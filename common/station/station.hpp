@@ -21,6 +21,7 @@
 #include "common/station/missed_ticks.hpp"
 #include "common/station/network_meter.hpp"
 #include "common/station/patient_guard.hpp"
+#include "common/station/sweeping.hpp"
 #include "common/station/tick_trace.hpp"
 
 namespace farhand {
@@ -49,13 +50,14 @@ class Station {
         engagement_(p.role, where_it_can(p.engagement, identifying)),
         homing_(p.homing, p.control.drive.K, p.control.drive.dt_s),
         identifying_(identifying),
+        sweeping_(p.sweeping, p.control.drive.dt_s),
         after_gap_(p.control.drive.dt_s),
         own_ticks_(p.control.drive.dt_s),
         peer_ticks_(p.control.drive.dt_s),
         last_word_(p.control.drive.dt_s, p.intake.wave > 0.0),
         blend_(p.blend_s, p.align_speed),
-        meter_(p.control.drive.dt_s),
-        friction_(p.friction) {
+        meter_(p.control.drive.dt_s) {
+    trace_.friction = p.friction;
     if (p.role == Role::kFollower) {
       guard_.emplace(p.guard, p.control.drive);
     } else {
@@ -71,6 +73,9 @@ class Station {
 
   // ticks: control periods since the last call, 1 unless some were missed.
   Output tick(Nanoseconds now, const Sensed& read, OperatorAct act = OperatorAct::kNone, int ticks = 1) noexcept;
+
+  // What an earlier sweep has found; before the first tick.
+  void know(const KnownFriction& friction) noexcept { trace_.friction = friction; }
 
   const TickTrace<N>& trace() const noexcept { return trace_; }
   const Receiver<N>& receiver() const noexcept { return receiver_; }
@@ -181,6 +186,7 @@ class Station {
     if constexpr (requires { sensed.line; }) in.line = sensed.line;
     in.homing = homing_.progress();
     if (identifying_ != nullptr) in.identifying = identifying_->progress();
+    in.sweeping = sweeping_.progress();
     in.peer_alive = !receiver_.take_lapse() && peer_known && receiver_.alive(now);
     in.peer = receiver_.newest().state;
     in.aligned = peer_known && receiver_.settled(now) && blend_.done() &&
@@ -195,6 +201,8 @@ class Station {
     if (before == StationState::kHoming) end_homing();
     if (trace_.state == StationState::kIdentifying) begin_identifying();
     if (before == StationState::kIdentifying) end_identifying();
+    if (trace_.state == StationState::kSweeping) begin_sweeping();
+    if (before == StationState::kSweeping) end_sweeping();
   }
 
   void begin_homing() noexcept {
@@ -221,6 +229,17 @@ class Station {
     trace_.misfit = engagement_.reason() == Reason::kAnotherAxis ? identifying_->misfit() : Misfit::kNone;
   }
 
+  void begin_sweeping() noexcept {
+    sweeping_.begin(trace_.local.x[0]);
+    drive_.limit(sweeping_gate(params_));
+  }
+
+  void end_sweeping() noexcept {
+    drive_.limit(params_.control.drive.gate);
+    trace_.swept = sweeping_.found();
+    if (engagement_.reason() == Reason::kSwept) trace_.friction = {.threshold = trace_.swept.F_c, .known = true};
+  }
+
   // The motion to follow, before blending.
   Motion<N> choose(int ticks) noexcept {
     switch (trace_.state) {
@@ -234,6 +253,8 @@ class Station {
         return homing_.step(trace_.local, ticks);
       case StationState::kIdentifying:
         return identifying_->step(trace_.local, ticks);
+      case StationState::kSweeping:
+        return sweeping_.step(trace_.local, ticks);
       case StationState::kOff:
       case StationState::kSelfTest:
       case StationState::kReady:
@@ -268,8 +289,8 @@ class Station {
     packet.limits = trace_.limits;
     packet.motion = params_.scale.to_peer(Motion<N>{wish_.tell.x, wish_.tell.v, wish_.tell.u});
     if (params_.role == Role::kFollower) {
-      packet.friction = friction_.threshold;
-      packet.friction_known = friction_.known;
+      packet.friction = trace_.friction.threshold;
+      packet.friction_known = trace_.friction.known;
     }
     if (law_.needs().account) packet.energy = wish_.energy * params_.scale.position / params_.scale.force;
   }
@@ -283,6 +304,7 @@ class Station {
   Engagement engagement_;
   Homing homing_;
   Identifying* identifying_;
+  Sweeping sweeping_;
   AfterGap after_gap_;
   OwnTicks own_ticks_;
   PeerTicks peer_ticks_;
@@ -300,7 +322,6 @@ class Station {
   TickTrace<N> trace_;
   Joints<N> x_hold_ = Joints<N>::Zero();
   Joints<N> x_source_ = Joints<N>::Zero();
-  KnownFriction friction_;
   double zero_ = 0.0;  // rad, found by homing
   std::uint32_t seq_ = 0;
   bool was_usable_ = false;
@@ -381,7 +402,8 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   trace_.share = after_gap_.share();
 
   // A motion by which the station itself leads the axis has its own gate and does not depend on the peer.
-  const bool led = trace_.state == StationState::kHoming || trace_.state == StationState::kIdentifying;
+  const bool led = trace_.state == StationState::kHoming || trace_.state == StationState::kIdentifying ||
+                   trace_.state == StationState::kSweeping;
   if (led) {
     followed_ = trace_.target;
   } else if (guard_) {

@@ -1,8 +1,10 @@
 // Values of one tick, for recordings and the status line.
 #pragma once
 
+#include "common/identify/loop_friction.hpp"
 #include "common/identify/misfit.hpp"
 #include "common/law/law.hpp"
+#include "common/station/known_friction.hpp"
 #include "common/station/states.hpp"
 
 namespace farhand {
@@ -20,6 +22,8 @@ struct TickTrace {
   double share = 1.0;             // of the peer's motion that is followed; below 1 after a gap in time
   std::uint64_t cuts = 0;         // ticks so far in which a value of the peer was cut
   Misfit misfit = Misfit::kNone;  // result of the last identification
+  LoopFriction swept;             // result of the last sweep, whether it was refused or not
+  KnownFriction friction;         // of the own device, as the peer is told
   double shaking = 0.0;           // RMS of the own axis' velocity in the band of shaking, rad/s
 };
 

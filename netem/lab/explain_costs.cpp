@@ -243,6 +243,7 @@ class Timed final : public Side {
     ns = ns_since(start);
     return packet;
   }
+  void know(const KnownFriction& friction) noexcept override { side_->know(friction); }
   void go_on(double t_s) noexcept override { side_->go_on(t_s); }
   Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return side_->receive(packet, now); }
   bool carries_energy() const noexcept override { return side_->carries_energy(); }

@@ -39,6 +39,7 @@ OperatorAct intended(const std::string& word) {
   if (word == "reset") return OperatorAct::kReset;
   if (word == "home") return OperatorAct::kHome;
   if (word == "identify") return OperatorAct::kIdentify;
+  if (word == "friction") return OperatorAct::kSweep;
   return OperatorAct::kNone;
 }
 
@@ -109,8 +110,9 @@ void require_intent(OperatorAct act, const std::string& typed, bool silence_befo
     require(line.ends_with(word) && intended(word) == act, "a line with Enter says the word of its act");
     require(silence >= TypedKeys::kBefore, "nothing follows a word");
   } else {
-    constexpr std::string_view kLetters = "eroi";
-    const OperatorAct acts[] = {OperatorAct::kEngage, OperatorAct::kReset, OperatorAct::kHome, OperatorAct::kIdentify};
+    constexpr std::string_view kLetters = "eroif";
+    const OperatorAct acts[] = {OperatorAct::kEngage, OperatorAct::kReset, OperatorAct::kHome, OperatorAct::kIdentify,
+                                OperatorAct::kSweep};
     const std::size_t which = kLetters.find(last);
     require(which != std::string_view::npos && acts[which] == act, "a letter asks for its act");
     require(silence_before_last && silence >= TypedKeys::kAfterLetter, "a letter that acts stood alone");
@@ -135,10 +137,10 @@ void check_keys(const std::string& said) {
     }
     const char c = said[k];
     const std::string line = edited(typed);
-    const bool whole_word =
-        (c == '\n' || c == '\r') && (intended(line) != OperatorAct::kNone || small(line) == "hold" ||
-                                     line.ends_with("engage") || line.ends_with("reset") || line.ends_with("home") ||
-                                     line.ends_with("identify") || small(line).ends_with("hold"));
+    const bool whole_word = (c == '\n' || c == '\r') &&
+                            (intended(line) != OperatorAct::kNone || small(line) == "hold" ||
+                             line.ends_with("engage") || line.ends_with("reset") || line.ends_with("home") ||
+                             line.ends_with("identify") || line.ends_with("friction") || small(line).ends_with("hold"));
     const bool edits = c == '\x7f' || c == '\b' || c == '\x15';
     const bool stops = (static_cast<unsigned char>(c) <= 0x20 && !edits) || is_stop_letter(c);
     const auto act = keys.take(c);

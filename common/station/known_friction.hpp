@@ -1,0 +1,13 @@
+// What a station knows of the friction of its own device: the part of the reaction that is there without a hand. A
+// sweep without a hand measures it (sweeping.hpp). It is told to the peer.
+#pragma once
+
+namespace farhand {
+
+struct KnownFriction {
+  // N m: a reaction below it may come without a hand. The default is cautious: tendons in good order have less.
+  double threshold = 0.1;
+  bool known = false;  // measured by a sweep not older than a day
+};
+
+}  // namespace farhand
