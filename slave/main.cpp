@@ -1,8 +1,10 @@
 // farhand-slave: the patient's box. Dials the therapist's station and drives the hand orthosis through its MCU. A lost
 // peer never ends it: it holds and awaits its peer until its duration is over.
+#include <chrono>
 #include <cstdio>
 #include <string_view>
 
+#include "common/runtime/friction_file.hpp"
 #include "common/runtime/link_options.hpp"
 #include "common/runtime/operator_notices.hpp"
 #include "common/runtime/operator_words.hpp"
@@ -15,7 +17,7 @@ namespace {
 struct Options {
   SceneChoice scene;
   LinkOptions link;
-  std::string peer, serial, record, stop_input;
+  std::string peer, serial, record, stop_input, friction;
   bool quiet = false;
 };
 
@@ -32,10 +34,35 @@ std::unique_ptr<Side> make_side(const LoadedScene& loaded, const std::string& se
                  : make_simulated_slave(loaded.scene, draw_session());
 }
 
+std::int64_t utc_now_s() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+// From the file, for this session.
+void know_friction(Side& side, const std::string& file, std::int64_t utc_s) {
+  if (file.empty()) return;
+  const std::optional<SweptFriction> last = load_friction(file);
+  side.know(friction_for(last, utc_s));
+  std::fprintf(stderr, "farhand-slave: %s\n", friction_sentence(last, utc_s).c_str());
+}
+
+// The result of a sweep in this session. Its date is that of the start: a result is never taken for newer than
+// it is.
+void keep_friction(const Side& side, const std::string& file, std::int64_t utc_s) {
+  const LoopFriction& swept = side.trace().swept;
+  const KnownFriction& friction = side.trace().friction;
+  if (file.empty() || swept.values == 0 || !friction.known || friction.threshold != swept.F_c) return;
+  const SweptFriction result{utc_s, swept.F_c, swept.spread};
+  add_friction(file, result);
+  std::fprintf(stderr, "farhand-slave: %s\n", friction_sentence(result, utc_s).c_str());
+}
+
 int run(const Options& options) {
   const LoadedScene loaded = options.scene.load();
   StopInput stop_input(options.stop_input);
   const std::unique_ptr<Side> side = make_side(loaded, options.serial);
+  const std::int64_t utc_s = utc_now_s();
+  know_friction(*side, options.friction, utc_s);
   const std::unique_ptr<PeerLink> link = open_link(options.link, options.peer, Role::kFollower, loaded.scene);
   const StopSignals stop;
   SuspendSignal suspend;
@@ -43,6 +70,7 @@ int run(const Options& options) {
   const OperatorNotices notices("farhand-slave", operator_input);
   const int code = run_station({loaded, *side, Role::kFollower, *link, operator_input, stop, suspend, options.record,
                                 options.quiet, &stop_input});
+  keep_friction(*side, options.friction, utc_s);
   if (stop_input.broken()) {
     std::fprintf(stderr, "farhand-slave: the patient's stop input '%s' has ended, and that stopped the hand\n",
                  options.stop_input.c_str());
@@ -63,6 +91,10 @@ int main(int argc, char** argv) {
       "--stop-input", options.stop_input,
       "the patient's stop besides the MCU's: PATH of a pedal (/dev/input/event...), pipe or GPIO value file, or "
       "fd:N. Whatever comes from it stops at once, and so does its end");
+  command.text(
+      "--friction", options.friction,
+      "the patient's file with the friction of the device: read at the start, and a sweep (`friction`) adds its "
+      "result at the end");
   command.output("--record", options.record, "recording of this side (MCAP)");
   command.flag("--quiet", options.quiet, "no live status");
   command.epilogue(kKeysInShort);
