@@ -51,7 +51,12 @@ Packet<N> random_packet(std::uint64_t& seed) {
     p.motion.x[i] = finite();
     p.motion.v[i] = finite();
     p.motion.f[i] = finite();
+    p.previous.x[i] = finite();
+    p.previous.v[i] = finite();
+    p.previous.f[i] = finite();
   }
+  p.previous_age_ns = u32();
+  p.energy = finite();
   p.friction = finite();
   p.friction_known = u32() % 2 == 1;
   return p;
@@ -76,6 +81,14 @@ void expect_equal(const Packet<N>& a, const Packet<N>& b) {
   EXPECT_EQ(a.friction_known, b.friction_known);
 }
 
+template <int N>
+void expect_equal_previous(const Packet<N>& a, const Packet<N>& b) {
+  EXPECT_EQ(a.previous_age_ns, b.previous_age_ns);
+  EXPECT_TRUE((a.previous.x == b.previous.x).all());
+  EXPECT_TRUE((a.previous.v == b.previous.v).all());
+  EXPECT_TRUE((a.previous.f == b.previous.f).all());
+}
+
 std::vector<std::byte> copy(std::span<const std::byte> bytes) { return {bytes.begin(), bytes.end()}; }
 
 // With a checksum that is right again after an edit.
@@ -94,6 +107,12 @@ constexpr unsigned char kGolden[] = {
     0x00, 0x00, 0x00, 0xe0, 0x3f, 0x6a, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xf4, 0xbf, 0x72, 0x08,
     0x9a, 0x99, 0x99, 0x99, 0x99, 0x99, 0xb9, 0x3f, 0xa9, 0x01, 0x9a, 0x99, 0x99, 0x99, 0x99, 0x99, 0xa9,
     0x3f, 0xb5, 0x01, 0x01, 0x00, 0x00, 0x00, 0xfd, 0x7f, 0xdc, 0xdf, 0x96, 0x21};
+// The end of the same packet with the previous sample, after f.
+constexpr unsigned char kGoldenPrevious[] = {
+    0x8a, 0x01, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xe0, 0x3f, 0x92, 0x01, 0x08, 0x00, 0x00,
+    0x00, 0x00, 0x00, 0x00, 0xf0, 0xbf, 0x9a, 0x01, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xd0,
+    0x3f, 0xa5, 0x01, 0x40, 0x42, 0x0f, 0x00, 0xa9, 0x01, 0x9a, 0x99, 0x99, 0x99, 0x99, 0x99, 0xa9,
+    0x3f, 0xb5, 0x01, 0x01, 0x00, 0x00, 0x00, 0xfd, 0x7f, 0x5c, 0x43, 0x09, 0x41};
 
 Packet<1> golden_packet() {
   Packet<1> p{.session = 0xA1B2C3D4,
@@ -107,8 +126,12 @@ Packet<1> golden_packet() {
               .state = StationState::kEngaged,
               .limits = kLimitTorque | kLimitDevice,
               .motion = {},
+              .previous_age_ns = 1000000,
               .friction = 0.05,
               .friction_known = true};
+  p.previous.x[0] = 0.5;
+  p.previous.v[0] = -1.0;
+  p.previous.f[0] = 0.25;
   p.motion.x[0] = 0.5;
   p.motion.v[0] = -1.25;
   p.motion.f[0] = 0.1;
@@ -128,23 +151,64 @@ TEST(Codec, WritesTheBytesOfAnIndependentEncoding) {
   Packet<1> decoded;
   ASSERT_EQ(codec.decode(std::as_bytes(std::span(kGolden)), decoded), DecodeResult::kOk);
   expect_equal(decoded, golden_packet());
+  EXPECT_EQ(decoded.previous_age_ns, 0u) << "not told";
+}
+
+TEST(Codec, WritesTheBytesOfAnIndependentEncodingWithThePreviousSample) {
+  PacketCodec<1> codec({.previous = true});
+  const auto bytes = codec.encode(golden_packet());
+  constexpr std::size_t kBefore = sizeof kGolden - 6;
+  ASSERT_EQ(bytes.size(), kBefore + sizeof kGoldenPrevious);
+  EXPECT_EQ(std::memcmp(bytes.data(), kGolden, kBefore), 0);
+  EXPECT_EQ(std::memcmp(bytes.data() + kBefore, kGoldenPrevious, sizeof kGoldenPrevious), 0);
+  Packet<1> decoded;
+  ASSERT_EQ(codec.decode(bytes, decoded), DecodeResult::kOk);
+  expect_equal(decoded, golden_packet());
+  expect_equal_previous(decoded, golden_packet());
 }
 
 template <int N>
-void round_trip(std::uint64_t seed, int cases) {
-  PacketCodec<N> sender, receiver;
+void round_trip(PacketParts parts, std::uint64_t seed, int cases) {
+  using Codec = PacketCodec<N>;
+  Codec sender(parts), receiver(parts);
   for (int i = 0; i < cases; ++i) {
     const Packet<N> packet = random_packet<N>(seed);
     const auto bytes = sender.encode(packet);
-    ASSERT_EQ(bytes.size(), PacketCodec<N>::kSize);
+    ASSERT_EQ(bytes.size(),
+              Codec::kSize + (parts.energy ? Codec::kEnergyBytes : 0) + (parts.previous ? Codec::kPreviousBytes : 0));
     Packet<N> decoded;
     ASSERT_EQ(receiver.decode(bytes, decoded), DecodeResult::kOk) << i;
     expect_equal(decoded, packet);
+    EXPECT_EQ(decoded.energy, parts.energy ? packet.energy : 0.0);
+    if (parts.previous) {
+      expect_equal_previous(decoded, packet);
+    } else {
+      expect_equal_previous(decoded, Packet<N>{});
+    }
   }
 }
 TEST(Codec, GivesBackWhatItWasGiven) {
-  round_trip<1>(1, 20000);
-  round_trip<2>(2, 20000);
+  for (const bool energy : {false, true}) {
+    for (const bool previous : {false, true}) {
+      round_trip<1>({energy, previous}, 1, 20000);
+      round_trip<2>({energy, previous}, 2, 20000);
+    }
+  }
+}
+
+TEST(Codec, PacketsWithOtherPartsAreRejected) {
+  std::vector<PacketParts> all;
+  for (const bool energy : {false, true}) {
+    for (const bool previous : {false, true}) all.push_back({energy, previous});
+  }
+  for (std::size_t sent = 0; sent < all.size(); ++sent) {
+    for (std::size_t expected = 0; expected < all.size(); ++expected) {
+      PacketCodec<1> sender(all[sent]), receiver(all[expected]);
+      Packet<1> out;
+      EXPECT_EQ(receiver.decode(sender.encode(golden_packet()), out),
+                sent == expected ? DecodeResult::kOk : DecodeResult::kSize);
+    }
+  }
 }
 
 TEST(Codec, SizeDoesNotDependOnValues) {
@@ -187,34 +251,37 @@ TEST(Codec, RejectsEveryOtherSize) {
 }
 
 TEST(Codec, RejectsEverySingleAndDoubleBitFlip) {
-  PacketCodec<1> codec;
-  std::vector<std::byte> bytes = copy(codec.encode(golden_packet()));
-  const std::vector<std::byte> good = bytes;
-  Packet<1> out;
-  out.seq = 4711;
-  const auto flip = [&](std::size_t bit) { bytes[bit / 8] ^= static_cast<std::byte>(1u << bit % 8); };
-  const std::size_t bits = 8 * bytes.size();
-  for (std::size_t a = 0; a < bits; ++a) {
-    flip(a);
-    ASSERT_NE(codec.decode(bytes, out), DecodeResult::kOk) << a;
-    for (std::size_t b = 0; b < a; ++b) {
-      flip(b);
-      ASSERT_NE(codec.decode(bytes, out), DecodeResult::kOk) << a << ' ' << b;
-      flip(b);
+  for (const bool previous : {false, true}) {
+    PacketCodec<1> codec({.previous = previous});
+    std::vector<std::byte> bytes = copy(codec.encode(golden_packet()));
+    const std::vector<std::byte> good = bytes;
+    Packet<1> out;
+    out.seq = 4711;
+    const auto flip = [&](std::size_t bit) { bytes[bit / 8] ^= static_cast<std::byte>(1u << bit % 8); };
+    const std::size_t bits = 8 * bytes.size();
+    for (std::size_t a = 0; a < bits; ++a) {
+      flip(a);
+      ASSERT_NE(codec.decode(bytes, out), DecodeResult::kOk) << a;
+      for (std::size_t b = 0; b < a; ++b) {
+        flip(b);
+        ASSERT_NE(codec.decode(bytes, out), DecodeResult::kOk) << a << ' ' << b;
+        flip(b);
+      }
+      flip(a);
     }
-    flip(a);
+    EXPECT_EQ(out.seq, 4711u);  // never written
+    EXPECT_EQ(bytes, good);
+    EXPECT_EQ(codec.decode(bytes, out), DecodeResult::kOk);
   }
-  EXPECT_EQ(out.seq, 4711u);  // never written
-  EXPECT_EQ(bytes, good);
-  EXPECT_EQ(codec.decode(bytes, out), DecodeResult::kOk);
 }
 
 TEST(Codec, RejectsNonFiniteMotionBehindAValidChecksum) {
-  PacketCodec<2> codec;
+  PacketCodec<2> codec({.previous = true});
   for (const double bad : {kNan, kInf, -kInf, -kNan}) {
-    for (int field = 0; field < 6; ++field) {
+    for (int field = 0; field < 12; ++field) {
       Packet<2> p;
-      (field < 2 ? p.motion.x : field < 4 ? p.motion.v : p.motion.f)[field % 2] = bad;
+      Motion<2>& motion = field < 6 ? p.motion : p.previous;
+      (field % 6 < 2 ? motion.x : field % 6 < 4 ? motion.v : motion.f)[field % 2] = bad;
       Packet<2> out;
       EXPECT_EQ(codec.decode(codec.encode(p), out), DecodeResult::kNotFinite) << field;
     }
@@ -251,7 +318,7 @@ TEST(Codec, NamesAnotherVersionWhateverItsSize) {
   const std::vector<std::byte> good = copy(codec.encode(golden_packet()));
   Packet<1> out;
   std::vector<std::byte> other = good;
-  other[1] = std::byte{3};
+  other[1] = static_cast<std::byte>(kProtocolVersion + 1);
   EXPECT_EQ(codec.decode(other, out), DecodeResult::kChecksum);  // damaged, not another version
   seal(other);
   EXPECT_EQ(codec.decode(other, out), DecodeResult::kVersion);

@@ -34,6 +34,7 @@ TEST(Architectures, NeedTheSameOfBothSidesAndSayHowLargeTheyAre) {
   for (const Architecture& row : architectures()) {
     const auto master = row.master.make(p, K, 1e-3), slave = row.slave.make(p, K, 1e-3);
     EXPECT_EQ(master->needs().account, slave->needs().account) << row.name;  // packets of one layout
+    EXPECT_EQ(master->needs().previous, slave->needs().previous) << row.name;
     EXPECT_GE(row.master.bytes, sizeof(Law<1>)) << row.name;
     EXPECT_GE(row.slave.bytes, sizeof(Law<1>)) << row.name;
   }

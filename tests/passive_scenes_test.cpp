@@ -109,7 +109,7 @@ TEST(PortPassivity, WhatItTakesInPaysItsOwnDeficitFirst) {
 }
 
 TEST(PacketsWithEnergy, AreLongerByItAndRefusedWhereNoneIsKept) {
-  PacketCodec<1> with(true), without;
+  PacketCodec<1> with({.energy = true}), without;
   Packet<1> packet, back;
   packet.session = packet.seq = 1;
   packet.energy = 0.1234;

@@ -94,9 +94,10 @@ class RealSession {
 
   // The peer, in time, from the first packet of the tested side on.
   void speak(PeerLink& link) {
-    const bool energy =
-        row_.cell.architecture == scene::FOUR_CHANNEL_TANK || row_.cell.architecture == scene::TWO_CHANNEL_PO_PC;
-    PacketCodec<1> codec(energy);
+    const auto architecture = row_.cell.architecture;
+    PacketCodec<1> codec(
+        {.energy = architecture == scene::FOUR_CHANNEL_TANK || architecture == scene::TWO_CHANNEL_PO_PC,
+         .previous = architecture == scene::MODEL_MEDIATED || architecture == scene::AUTOMATIC});
     Peer peer(plan_, row_.cell.against, 1);
     Seen seen;
     bool heard = false;

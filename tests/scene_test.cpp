@@ -86,8 +86,8 @@ TEST_P(RealTime, TouchesNeitherHeapNorMutexOver10000Ticks) {
   const std::unique_ptr<Side> slave = loaded.scene.slave().device() == scene::SERIES_ELASTIC
                                           ? make_emulated_slave(loaded.scene, 2)
                                           : make_simulated_slave(loaded.scene, 2);
-  using Datagram = std::array<std::byte, PacketCodec<1>::kSize + PacketCodec<1>::kEnergyBytes>;
-  PacketCodec<1> codec(master->carries_energy());
+  using Datagram = std::array<std::byte, PacketCodec<1>::kMostBytes>;
+  PacketCodec<1> codec(master->packet_parts());
   DelayLine<Datagram, 64> forward(50), backward(50);
   ScratchDirectory scratch;
   record::RunInfo info;

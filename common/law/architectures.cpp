@@ -41,13 +41,22 @@ constexpr LawMaker maker() {
           sizeof(L<1>), signals_of<L<1>>(), blocks_of<L<1>>()};
 }
 
+// The patient's side of an architecture whose packets tell the previous sample.
+constexpr LawMaker filled_four_channel() {
+  LawMaker maker = farhand::maker<FourChannel>();
+  maker.make = [](const LawParams& p, const FourChannelGains& K, double dt_s) -> std::unique_ptr<Law<1>> {
+    return std::make_unique<FourChannel<1>>(p, K, dt_s, LawNeeds{.previous = true});
+  };
+  return maker;
+}
+
 // Under every compensation the patient's side is plain four channels.
 constexpr std::array kArchitectures{
     Architecture{"FOUR_CHANNEL", "Daud 2011, 5.10-5.11", maker<FourChannel>(), maker<FourChannel>()},
     Architecture{"FOUR_CHANNEL_CDOB", "Daud 2011, 5.12-5.14", maker<FourChannelCdob>(), maker<FourChannel>()},
     Architecture{"FOUR_CHANNEL_CDOB_SDCV", "Daud 2011, 5.17", maker<FourChannelCdobSdcv>(), maker<FourChannel>()},
-    Architecture{"MODEL_MEDIATED", "after Mitra & Niemeyer 2008", maker<ModelMediated>(), maker<FourChannel>()},
-    Architecture{"AUTOMATIC", "the one or the other, by the network", maker<Automatic>(), maker<FourChannel>()},
+    Architecture{"MODEL_MEDIATED", "after Mitra & Niemeyer 2008", maker<ModelMediated>(), filled_four_channel()},
+    Architecture{"AUTOMATIC", "the one or the other, by the network", maker<Automatic>(), filled_four_channel()},
     Architecture{"FOUR_CHANNEL_TANK", "Franken et al. 2011", maker<FourChannelTank>(), maker<FourChannelTank>()},
     Architecture{"TWO_CHANNEL", "Daud 2011, 4.4.1, 5.3.1", maker<TwoChannelMaster>(), maker<TwoChannelSlave>()},
     Architecture{"TWO_CHANNEL_PO_PC", "Ryu et al. 2010", maker<PassiveMaster>(), maker<PassiveSlave>()},

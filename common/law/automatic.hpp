@@ -36,7 +36,7 @@ class Automatic final : public Law<N> {
       LawSignal{"chosen_loss", "1", "loss at the time of the choice"}};
 
   Automatic(const LawParams& p, const FourChannelGains& K, double dt_s)
-      : Law<N>({.network = true}), plain_(p, K, dt_s), mediated_(p, K, dt_s), chooser_(dt_s) {}
+      : Law<N>({.network = true, .previous = true}), plain_(p, K, dt_s), mediated_(p, K, dt_s), chooser_(dt_s) {}
 
   void start(const LawInputs<N>& in) noexcept override {
     plain_.start(in);

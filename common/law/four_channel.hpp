@@ -10,7 +10,8 @@ namespace farhand {
 template <int N>
 class FourChannel final : public Law<N> {
  public:
-  FourChannel(const LawParams& /*p*/, const FourChannelGains& /*K*/, double /*dt_s*/) {}
+  FourChannel(const LawParams& /*p*/, const FourChannelGains& /*K*/, double /*dt_s*/, LawNeeds needs = {})
+      : Law<N>(needs) {}
 
   void start(const LawInputs<N>& /*in*/) noexcept override {}
   Wish<N> step(const LawInputs<N>& in) noexcept override {

@@ -43,6 +43,8 @@ struct NetworkNow {
 struct LawNeeds {
   bool account = false;  // Account, and the energy in each packet
   bool network = false;  // NetworkNow
+  // Each packet tells the sample before once more, and the peer fills a single lost packet from it.
+  bool previous = false;
 };
 
 template <int N>

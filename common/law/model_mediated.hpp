@@ -29,7 +29,8 @@ class ModelMediated final : public Law<N> {
       LawSignal{"k_rising_nm_per_rad", "N m/rad", "stiffness of what resists rising angles, as learnt"},
       LawSignal{"k_falling_nm_per_rad", "N m/rad", "stiffness of what resists falling angles, as learnt"}};
 
-  ModelMediated(const LawParams& /*p*/, const FourChannelGains& K, double dt_s) : mediator_(K, dt_s) {}
+  ModelMediated(const LawParams& /*p*/, const FourChannelGains& K, double dt_s)
+      : Law<N>({.previous = true}), mediator_(K, dt_s) {}
 
   void start(const LawInputs<N>& in) noexcept override {
     mediator_.reset(in.received);

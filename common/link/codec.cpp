@@ -63,7 +63,7 @@ DecodeResult foreign(std::span<const std::byte> bytes, std::byte version_tag, De
 
 // What Protobuf writes, before the checksum.
 template <int N>
-wire::Packet message_of(const Packet<N>& packet, bool with_energy) {
+wire::Packet message_of(const Packet<N>& packet, PacketParts parts) {
   wire::Packet message;
   message.set_version(kProtocolVersion);
   message.set_session(packet.session);
@@ -81,7 +81,15 @@ wire::Packet message_of(const Packet<N>& packet, bool with_energy) {
     message.add_v(packet.motion.v[i]);
     message.add_f(packet.motion.f[i]);
   }
-  if (with_energy) message.set_energy(packet.energy);
+  if (parts.energy) message.set_energy(packet.energy);
+  if (parts.previous) {
+    for (int i = 0; i < N; ++i) {
+      message.add_previous_x(packet.previous.x[i]);
+      message.add_previous_v(packet.previous.v[i]);
+      message.add_previous_f(packet.previous.f[i]);
+    }
+    message.set_previous_age_ns(packet.previous_age_ns);
+  }
   message.set_friction_nm(packet.friction);
   message.set_friction_known(packet.friction_known);
   message.set_crc32c(0);
@@ -107,6 +115,10 @@ Packet<N> told_apart() {
     for (int i = 0; i < N; ++i) (*vector)[i] = value *= 1.7;
   }
   packet.energy = value *= 1.7;
+  packet.previous_age_ns = 0x2C2B2A29;
+  for (Joints<N>* vector : {&packet.previous.x, &packet.previous.v, &packet.previous.f}) {
+    for (int i = 0; i < N; ++i) (*vector)[i] = value *= 1.7;
+  }
   packet.friction = value * 1.7;
   packet.friction_known = true;
   return packet;
@@ -121,8 +133,8 @@ std::uint32_t crc32c(std::span<const std::byte> bytes) noexcept {
 }
 
 template <int N>
-PacketCodec<N>::PacketCodec(bool with_energy)
-    : with_energy_(with_energy), size_(kSize + (with_energy ? kEnergyBytes : 0)) {
+PacketCodec<N>::PacketCodec(PacketParts parts)
+    : parts_(parts), size_(kSize + (parts.energy ? kEnergyBytes : 0) + (parts.previous ? kPreviousBytes : 0)) {
   std::size_t at = 0;
   const auto field = [&](std::size_t structure_bytes, std::size_t value_bytes) {
     std::fill_n(&structure_[at], structure_bytes, std::byte{0xFF});
@@ -130,14 +142,18 @@ PacketCodec<N>::PacketCodec(bool with_energy)
   };
   for (const std::size_t value_bytes : {4, 4, 4, 8, 4, 4, 8, 4, 4, 4, 4}) field(1, value_bytes);
   for (int vector = 0; vector < 3; ++vector) field(2, 8 * std::size_t{N});
-  if (with_energy) field(1, 8);
+  if (parts.energy) field(1, 8);
+  if (parts.previous) {
+    for (int vector = 0; vector < 3; ++vector) field(3, 8 * std::size_t{N});
+    field(2, 4);
+  }
   field(2, 8);
   field(2, 4);
   field(2, kChecksumBytes);
 
   // The same bytes as Protobuf's, or its layout is another one.
   const Packet<N> packet = told_apart<N>();
-  const wire::Packet message = message_of(packet, with_energy);
+  const wire::Packet message = message_of(packet, parts);
   Bytes expected{};
   if (at != size_ || message.ByteSizeLong() != size_ ||
       !message.SerializeToArray(expected.data(), static_cast<int>(size_)))
@@ -150,7 +166,8 @@ PacketCodec<N>::PacketCodec(bool with_energy)
   Packet<N> decoded;
   if (!std::equal(ours.begin(), ours.begin() + static_cast<std::ptrdiff_t>(checked), expected.begin()) ||
       decode(ours, decoded) != DecodeResult::kOk || decoded.seq != packet.seq ||
-      (decoded.motion.f != packet.motion.f).any())
+      (decoded.motion.f != packet.motion.f).any() ||
+      (parts.previous && (decoded.previous.f != packet.previous.f).any()))
     throw std::logic_error("proto/packet.proto and PacketCodec differ in layout");
 }
 
@@ -173,13 +190,21 @@ std::span<const std::byte> PacketCodec<N>::encode(const Packet<N>& packet) noexc
     std::memcpy(to + at, vector->data(), 8 * std::size_t{N});
     at += 8 * std::size_t{N} + 2;
   }
-  at -= 2;
-  if (with_energy_) {
-    store(packet.energy, to + at + 1);
-    at += kEnergyBytes;
+  std::size_t end = at - 2;
+  if (parts_.energy) {
+    store(packet.energy, to + end + 1);
+    end += kEnergyBytes;
   }
-  store(packet.friction, to + at + 2);
-  store(std::uint32_t{packet.friction_known}, to + at + 12);
+  if (parts_.previous) {
+    for (const Joints<N>* vector : {&packet.previous.x, &packet.previous.v, &packet.previous.f}) {
+      std::memcpy(to + end + 3, vector->data(), 8 * std::size_t{N});
+      end += 3 + 8 * std::size_t{N};
+    }
+    store(packet.previous_age_ns, to + end + 2);
+    end += 2 + 4;
+  }
+  store(packet.friction, to + end + 2);
+  store(std::uint32_t{packet.friction_known}, to + end + 12);
   const std::span<const std::byte> bytes(buffer_.data(), size_);
   store(crc32c(bytes.first(size_ - kChecksumFieldBytes)), to + size_ - kChecksumBytes);
   return bytes;
@@ -217,16 +242,25 @@ DecodeResult PacketCodec<N>::decode(std::span<const std::byte> bytes, Packet<N>&
     std::memcpy(vector->data(), from + at, 8 * std::size_t{N});
     at += 8 * std::size_t{N} + 2;
   }
-  at -= 2;
-  if (with_energy_) {
-    packet.energy = load<double>(from + at + 1);
-    at += kEnergyBytes;
+  std::size_t end = at - 2;
+  if (parts_.energy) {
+    packet.energy = load<double>(from + end + 1);
+    end += kEnergyBytes;
   }
-  packet.friction = load<double>(from + at + 2);
-  const auto friction_known = load<std::uint32_t>(from + at + 12);
+  if (parts_.previous) {
+    for (Joints<N>* vector : {&packet.previous.x, &packet.previous.v, &packet.previous.f}) {
+      std::memcpy(vector->data(), from + end + 3, 8 * std::size_t{N});
+      end += 3 + 8 * std::size_t{N};
+    }
+    packet.previous_age_ns = load<std::uint32_t>(from + end + 2);
+    end += 2 + 4;
+  }
+  packet.friction = load<double>(from + end + 2);
+  const auto friction_known = load<std::uint32_t>(from + end + 12);
   if (friction_known > 1) return DecodeResult::kValue;
   packet.friction_known = friction_known == 1;
-  if (!packet.motion.finite() || !std::isfinite(packet.energy) || !std::isfinite(packet.friction))
+  if (!packet.motion.finite() || !std::isfinite(packet.energy) || !packet.previous.finite() ||
+      !std::isfinite(packet.friction))
     return DecodeResult::kNotFinite;
   out = packet;
   return DecodeResult::kOk;

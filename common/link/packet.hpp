@@ -40,6 +40,10 @@ struct Packet {
   std::uint32_t limits = 0;  // LimitBit
   Motion<N> motion;
   double energy = 0.0;  // J so far, never falling; on the wire only if the law needs it (PacketCodec)
+  // The motion of the packet before once more, so that a single lost packet leaves no gap. On the wire only if the law
+  // needs it. Age: time between the two send stamps; 0: there is none.
+  std::uint32_t previous_age_ns = 0;
+  Motion<N> previous = {};
   // Friction of the sender's device that its reaction contains, N m; negative: unknown. Known: from an empty sweep not
   // older than a day; else it is only assumed.
   double friction = 0.0;

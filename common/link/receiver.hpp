@@ -106,6 +106,7 @@ class Receiver {
   struct Slot {
     std::uint32_t generation = 0;  // of the session; the ring is not cleared, old entries are recognised by this
     std::uint32_t seq = 0;
+    bool arrived = false;  // false: filled from the packet after it
     bool playable = false;
     Nanoseconds stamp = 0;
     Motion<N> motion;
@@ -152,21 +153,38 @@ class Receiver {
     clock_ = PlayoutClock(params_.playout_max);
   }
 
-  bool seen(std::uint32_t seq) const noexcept {
+  bool holds(std::uint32_t seq) const noexcept {
     const Slot& slot = ring_[seq % kSlots];
     return slot.generation == generation_ && slot.seq == seq;
   }
-  Slot& mark(std::uint32_t seq, bool playable) noexcept {
+  bool seen(std::uint32_t seq) const noexcept { return holds(seq) && ring_[seq % kSlots].arrived; }
+  Slot& take(std::uint32_t seq, bool arrived, bool playable) noexcept {
     Slot& slot = ring_[seq % kSlots];
-    if (played_ && slot.generation == generation_ && distance(slot.seq, cursor_) > 0) ++overwritten_;
+    if (played_ && slot.generation == generation_ && slot.arrived && distance(slot.seq, cursor_) > 0) ++overwritten_;
     slot.generation = generation_;
     slot.seq = seq;
+    slot.arrived = arrived;
     slot.playable = playable;
-    if (distance(seq, newest_seq_) > 0) newest_seq_ = seq;
     return slot;
   }
+  Slot& mark(std::uint32_t seq, bool playable) noexcept {
+    if (distance(seq, newest_seq_) > 0) newest_seq_ = seq;
+    return take(seq, true, playable);
+  }
+  // Keeps the previous sample that came with a packet, if the packet before has not come and is still of use. It still
+  // counts as lost until it comes itself. A sample from before a stall of the sender is left out: it is no neighbour.
+  void fill(const Packet<N>& packet, Nanoseconds stamp) noexcept {
+    if (packet.previous_age_ns == 0 || packet.previous_age_ns > kPeriodMax) return;
+    const std::uint32_t seq = packet.seq - 1;
+    const Nanoseconds before = stamp - Nanoseconds{packet.previous_age_ns};
+    if (holds(seq) || distance(seq, first_seq_) <= 0 || distance(seq, newest_seq_) <= -kSlots) return;
+    if (played_ && (before <= shown_stamp_ || distance(seq, cursor_) <= 0)) return;
+    Slot& slot = take(seq, false, true);
+    slot.stamp = before;
+    slot.motion = packet.previous;
+  }
   void mark_useless(std::uint32_t seq) noexcept {
-    if (played_ && distance(seq, cursor_) < 0 && distance(seq, first_cursor_) > 0) --counters_.lost;
+    if (played_ && distance(seq, cursor_) <= 0 && distance(seq, first_cursor_) > 0) --counters_.lost;
     mark(seq, false);
   }
 
@@ -189,7 +207,8 @@ class Receiver {
     for (std::int64_t i = std::max<std::int64_t>(1, available - kSlots + 1); i <= available; ++i) {
       const std::uint32_t seq = from + static_cast<std::uint32_t>(i);
       const Slot& slot = ring_[seq % kSlots];
-      if (!seen(seq) || !slot.playable) continue;
+      // Stamps of an honest sender rise with the numbers; what contradicts this does not turn time back.
+      if (!holds(seq) || !slot.playable || slot.stamp < shown_stamp_) continue;
       if (slot.stamp > content) {
         right = &slot;
         break;
@@ -214,7 +233,7 @@ class Receiver {
     }
     const std::int32_t arrived = std::min(overwritten_, gone);
     overwritten_ -= arrived;
-    counters_.lost += static_cast<std::uint64_t>(gone - arrived);
+    counters_.lost += static_cast<std::uint64_t>(gone - arrived) + (seen(seq) ? 0 : 1);
     cursor_ = seq;
   }
   // Two products and not a + w (b - a), which overflows for finite a and b; cut to the segment, which rounding may
@@ -281,7 +300,8 @@ class Receiver {
 template <int N>
 Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexcept {
   // Reject motion that is no number and sessions that ended; any other new session takes over.
-  if (!packet.motion.finite()) return count(counters_.rejected_not_finite, Receipt::kNotFinite);
+  if (!packet.motion.finite() || !packet.previous.finite())
+    return count(counters_.rejected_not_finite, Receipt::kNotFinite);
   if (!heard_ || packet.session != session_) {
     if (std::find(retired_.begin(), retired_.begin() + retired_count_, packet.session) !=
         retired_.begin() + retired_count_) {
@@ -329,6 +349,7 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
   Slot& slot = mark(packet.seq, true);
   slot.stamp = stamp;
   slot.motion = packet.motion;
+  fill(packet, stamp);
   ++counters_.received;
   if (any_ && arrival - last_arrival_ > params_.timeout) {
     lapsed_ = true;

@@ -7,6 +7,7 @@
 
 #include "common/device/serial_counters.hpp"
 #include "common/device/truth.hpp"
+#include "common/link/codec.hpp"
 #include "common/link/receiver.hpp"
 #include "common/station/tick_trace.hpp"
 #include "proto/scene.pb.h"
@@ -26,7 +27,7 @@ class Side {
   virtual void go_on(double t_s) noexcept = 0;
   virtual Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept = 0;
 
-  virtual bool carries_energy() const noexcept = 0;  // in its packets: PacketCodec
+  virtual PacketParts packet_parts() const noexcept = 0;
 
   virtual const TickTrace<1>& trace() const noexcept = 0;
   virtual const Receiver<1>& receiver() const noexcept = 0;

@@ -56,7 +56,9 @@ class SideOf final : public Side {
   }
   Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return station_.receive(packet, now); }
 
-  bool carries_energy() const noexcept override { return station_.needs().account; }
+  PacketParts packet_parts() const noexcept override {
+    return {.energy = station_.needs().account, .previous = station_.needs().previous};
+  }
 
   const TickTrace<1>& trace() const noexcept override { return station_.trace(); }
   const Receiver<1>& receiver() const noexcept override { return station_.receiver(); }

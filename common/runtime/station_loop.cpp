@@ -20,7 +20,7 @@ constexpr int kTicksToRest = 300;
 }  // namespace
 
 StationLoop::StationLoop(Side& side, double duration_s, const StationPorts& ports)
-    : side_(side), duration_s_(duration_s), ports_(ports), codec_(side.carries_energy()) {}
+    : side_(side), duration_s_(duration_s), ports_(ports), codec_(side.packet_parts()) {}
 
 bool StationLoop::operator()(const TickTime& time) noexcept {
   const double t_s = to_seconds(time.elapsed_ns);

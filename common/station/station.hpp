@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 
 #include "common/law/law.hpp"
 #include "common/link/receiver.hpp"
@@ -293,6 +294,14 @@ class Station {
       packet.friction_known = trace_.friction.known;
     }
     if (law_.needs().account) packet.energy = wish_.energy * params_.scale.position / params_.scale.force;
+    if (law_.needs().previous) {
+      const Nanoseconds age = now - sent_.at;
+      if (sent_.any && age > 0 && age <= std::numeric_limits<std::uint32_t>::max()) {
+        packet.previous_age_ns = static_cast<std::uint32_t>(age);
+        packet.previous = sent_.motion;
+      }
+      sent_ = {.any = true, .at = now, .motion = packet.motion};
+    }
   }
 
   StationParams params_;
@@ -324,6 +333,11 @@ class Station {
   Joints<N> x_source_ = Joints<N>::Zero();
   double zero_ = 0.0;  // rad, found by homing
   std::uint32_t seq_ = 0;
+  struct Sent {
+    bool any = false;
+    Nanoseconds at = 0;
+    Motion<N> motion;
+  } sent_;  // the last packet; used only if the law needs it
   bool was_usable_ = false;
   int gap_ = 0;  // ticks in which a gap of the network still counts
   bool changed_ = false;

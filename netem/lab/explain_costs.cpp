@@ -246,7 +246,7 @@ class Timed final : public Side {
   void know(const KnownFriction& friction) noexcept override { side_->know(friction); }
   void go_on(double t_s) noexcept override { side_->go_on(t_s); }
   Receipt receive(const Packet<1>& packet, Nanoseconds now) noexcept override { return side_->receive(packet, now); }
-  bool carries_energy() const noexcept override { return side_->carries_energy(); }
+  PacketParts packet_parts() const noexcept override { return side_->packet_parts(); }
   const TickTrace<1>& trace() const noexcept override { return side_->trace(); }
   const Receiver<1>& receiver() const noexcept override { return side_->receiver(); }
   Truth truth() const noexcept override { return side_->truth(); }

@@ -42,7 +42,7 @@ class Run {
         witness_(witness),
         forward_(link_params(scene.network().forward()), scene.seed(), LinkDirection::kForward),
         backward_(link_params(scene.network().backward()), scene.seed(), LinkDirection::kBackward),
-        codec_(master_.carries_energy()),
+        codec_(master_.packet_parts()),
         to_slave_(room(scene, scene.network().forward(), scene.slave().host())),
         to_master_(room(scene, scene.network().backward(), scene.master().host())),
         master_stalls_(scene, true),

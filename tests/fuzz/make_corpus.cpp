@@ -29,7 +29,7 @@ std::string text_of(std::span<const std::byte> bytes) {
 }
 
 void packets() {
-  PacketCodec<1> one;
+  PacketCodec<1> one, filled({.previous = true});
   PacketCodec<2> two;
   Packet<1> packet{.session = 7,
                    .seq = 1,
@@ -45,15 +45,20 @@ void packets() {
   packet.motion.x.setConstant(0.25);
   seed("packet", "good_one_joint", text_of(one.encode(packet)));
   seed("packet", "good_two_joints", text_of(two.encode({.session = 7, .seq = 1, .motion = {}})));
-  std::string run;  // in order, the second late, one again, a restart
+  std::string run, filled_run;  // in order, the second late, one again, a restart
   const std::pair<std::uint32_t, std::uint32_t> order[] = {{7, 1}, {7, 3}, {7, 2}, {7, 4}, {7, 4}, {8, 1}, {7, 5}};
   for (const auto& [session, seq] : order) {
     packet.session = session;
     packet.seq = seq;
     packet.send_time_ns = seq * kMillisecond;
     run += '\1' + text_of(one.encode(packet));
+    packet.previous_age_ns = kMillisecond;
+    packet.previous.x.setConstant(0.125);
+    filled_run += '\x81' + text_of(filled.encode(packet));
   }
   seed("packet", "good_run", run);
+  seed("packet", "good_run_with_previous", filled_run);
+  seed("packet", "good_with_previous", text_of(filled.encode(packet)));
   packet.motion.x.setConstant(std::numeric_limits<double>::quiet_NaN());
   seed("packet", "not_a_number", text_of(one.encode(packet)));
 }
@@ -177,7 +182,7 @@ void recordings() {
     }
     writer.flush();
     if (close) writer.close();
-    return file_bytes(close ? file : writer.unfinished_file());
+    return file_bytes(close ? file : writer.file().unfinished());
   };
   const std::string whole = write("whole", true), part = write("part", false);
   seed("recording", "good_whole", whole);

@@ -40,7 +40,7 @@ void mend(std::span<std::byte> datagram) {
 }
 
 template <int N>
-bool decode(PacketCodec<N>& codec, std::span<const std::byte> datagram, Packet<N>& packet) {
+bool decode(PacketCodec<N>& codec, std::size_t size, std::span<const std::byte> datagram, Packet<N>& packet) {
   packet.seq = 0xABCDEF01;
   const DecodeResult result = codec.decode(datagram, packet);
   require(static_cast<std::size_t>(result) < kDecodeResults, "the result is one that is counted");
@@ -49,9 +49,9 @@ bool decode(PacketCodec<N>& codec, std::span<const std::byte> datagram, Packet<N
     require(result != DecodeResult::kVersion || intact(datagram), "only an intact packet speaks of its version");
     return false;
   }
-  require(datagram.size() == PacketCodec<N>::kSize, "an accepted packet has the one size");
+  require(datagram.size() == size, "an accepted packet has the one size");
   require(intact(datagram), "an accepted packet has its checksum");
-  require(packet.motion.finite(), "accepted motion is finite");
+  require(packet.motion.finite() && packet.previous.finite(), "accepted motion is finite");
   require(packet.state <= kLastState && (packet.limits & ~kAllLimits) == 0, "accepted states and limits are known");
   const auto again = codec.encode(packet);
   require(std::equal(again.begin(), again.end(), datagram.begin(), datagram.end()),
@@ -78,28 +78,39 @@ void receive(Receiver<1>& receiver, const Packet<1>& packet, Nanoseconds now) {
 
 }  // namespace
 
+constexpr std::size_t kFilled = PacketCodec<1>::kSize + PacketCodec<1>::kPreviousBytes;
+
 bool packet(Bytes input) {
-  static PacketCodec<1> one;
+  static PacketCodec<1> one, filled({.previous = true});
   static PacketCodec<2> two;
+  const auto decodes = [](std::span<const std::byte> datagram, Packet<1>& packet_of_one, Packet<2>& packet_of_two) {
+    return decode(one, PacketCodec<1>::kSize, datagram, packet_of_one) ||
+           decode(two, PacketCodec<2>::kSize, datagram, packet_of_two) ||
+           decode(filled, kFilled, datagram, packet_of_one);
+  };
   Packet<1> packet_of_one;
   Packet<2> packet_of_two;
   std::vector<std::byte> whole(input.size());
   std::transform(input.begin(), input.end(), whole.begin(), [](std::uint8_t b) { return static_cast<std::byte>(b); });
-  bool taken = decode(one, whole, packet_of_one) || decode(two, whole, packet_of_two);
+  bool taken = decodes(whole, packet_of_one, packet_of_two);
   mend(whole);
-  taken = decode(one, whole, packet_of_one) || decode(two, whole, packet_of_two) || taken;
+  taken = decodes(whole, packet_of_one, packet_of_two) || taken;
 
-  // A byte of the milliseconds between two, then a packet.
+  // A byte of the milliseconds between two, its highest bit for the layout, then a packet.
   std::optional<Receiver<1>> receiver;
   Cursor cursor(input);
   Nanoseconds now = kSecond;
   while (!cursor.empty()) {
-    now += cursor.byte() * kMillisecond;
-    const Bytes raw = cursor.take(PacketCodec<1>::kSize);
-    std::array<std::byte, PacketCodec<1>::kSize> datagram{};
-    if (!raw.empty()) std::memcpy(datagram.data(), raw.data(), raw.size());
+    const unsigned choice = cursor.byte();
+    now += (choice & 0x7F) * kMillisecond;
+    const bool has_previous = (choice & 0x80) != 0;
+    const std::size_t size = has_previous ? kFilled : PacketCodec<1>::kSize;
+    const Bytes raw = cursor.take(size);
+    std::array<std::byte, kFilled> bytes{};
+    if (!raw.empty()) std::memcpy(bytes.data(), raw.data(), raw.size());
+    const std::span<std::byte> datagram = std::span(bytes).first(size);
     mend(datagram);
-    if (!decode(one, datagram, packet_of_one)) continue;
+    if (!decode(has_previous ? filled : one, size, datagram, packet_of_one)) continue;
     taken = true;
     if (!receiver) {
       receiver.emplace(
