@@ -12,13 +12,13 @@ namespace farhand {
 
 inline constexpr LawBlock kChooserBlock{
     .name = "chooser",
-    .why = "plain four channels up to a round trip of 4 ms and 2 % loss, else the mediator, as measured",
+    .why = "plain four channels up to a round trip of 4 ms, 1 % loss and 0.015 N m of friction, else the mediator",
     .without = "the scheme does not depend on the network",
     .bytes = sizeof(Chooser),
     .run = [](const LawParams& /*p*/, const FourChannelGains& /*K*/, double dt_s, std::span<const LawInputs<1>> seen) {
       Chooser chooser(dt_s);
       return sum_over(seen, [&](const LawInputs<1>& in) {
-        if (in.network != nullptr) chooser.step(*in.network, in.since.ticks);
+        if (in.network != nullptr) chooser.step(*in.network, 0.0, in.since.ticks);
         return chooser.share();
       });
     }};
@@ -33,7 +33,8 @@ class Automatic final : public Law<N> {
       ModelMediated<N>::kSignals[2],
       LawSignal{"mediated", "1", "the choice: 1 is the model-mediated scheme, 0 plain four channels"},
       LawSignal{"chosen_round_trip_s", "s", "round trip at the time of the choice"},
-      LawSignal{"chosen_loss", "1", "loss at the time of the choice"}};
+      LawSignal{"chosen_loss", "1", "loss at the time of the choice"},
+      LawSignal{"chosen_friction_nm", "N m", "friction of the peer's device at the time of the choice"}};
 
   Automatic(const LawParams& p, const FourChannelGains& K, double dt_s)
       : Law<N>({.network = true, .previous = true}), plain_(p, K, dt_s), mediated_(p, K, dt_s), chooser_(dt_s) {}
@@ -45,7 +46,7 @@ class Automatic final : public Law<N> {
 
   Wish<N> step(const LawInputs<N>& in) noexcept override {
     if (in.network != nullptr) {
-      chooser_.step(*in.network, in.since.ticks);
+      chooser_.step(*in.network, mediated_.friction(), in.since.ticks);
       mediated_.settle(chooser_.settle());
     }
     const Wish<N> plain = plain_.step(in), model = mediated_.step(in);
@@ -64,6 +65,7 @@ class Automatic final : public Law<N> {
       all.own[kMediated] = chosen.choice == Choice::kMediated ? 1.0 : 0.0;
       all.own[kRoundTrip] = chosen.round_trip;
       all.own[kLoss] = chosen.loss;
+      all.own[kFriction] = chosen.friction;
     }
     all.decisions = chooser_.decisions();
     all.remark = remark;
@@ -71,12 +73,13 @@ class Automatic final : public Law<N> {
   }
 
  private:
-  enum : std::size_t { kMediated = ModelMediated<N>::kSignals.size(), kRoundTrip, kLoss };
+  enum : std::size_t { kMediated = ModelMediated<N>::kSignals.size(), kRoundTrip, kLoss, kFriction };
 
   static int remark(const LawSignals::Own& own, std::span<char> to) noexcept {
-    return std::snprintf(to.data(), to.size(), "auto: %s, for a round trip of %.1f ms and %.1f %% loss",
+    return std::snprintf(to.data(), to.size(),
+                         "auto: %s, for a round trip of %.1f ms, loss of %.1f %% and friction of %.3f N m",
                          own[kMediated] > 0.0 ? "model-mediated" : "plain four channels", 1e3 * own[kRoundTrip],
-                         100 * own[kLoss]);
+                         100 * own[kLoss], own[kFriction]);
   }
 
   FourChannel<N> plain_;

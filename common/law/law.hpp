@@ -35,7 +35,7 @@ struct Account {
 
 // The network as measured now.
 struct NetworkNow {
-  double round_trip = 0.0;  // s, of content: the packet's own and twice the play-out depth; 0 before it is known
+  double round_trip = 0.0;  // s, of content: the packet's own and twice the play-out depth
   double loss = 0.0;        // share of the packets, lost or late
 };
 

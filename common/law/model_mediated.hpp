@@ -60,6 +60,7 @@ class ModelMediated final : public Law<N> {
 
   // g: cut-off with which the model's contact follows from now on, rad/s.
   void settle(double g) noexcept { mediator_.settle(g); }
+  double friction() const noexcept { return mediator_.friction_named(); }  // of the peer's device, N m
   const Joints<N>& device_needs() const noexcept { return needs_; }
 
  private:

@@ -104,9 +104,8 @@ class Station {
   // For laws that choose by the network; unknown while a gap in time still counts.
   void measure_network(int ticks) noexcept {
     meter_.step(receiver_.counters(), ticks, after_gap_.settled());
-    network_ = {.round_trip = to_seconds(trace_.rtt > 0 ? trace_.rtt + 2 * trace_.playout_depth : 0),
-                .loss = meter_.loss()};
-    inputs_.network = after_gap_.settled() ? &network_ : nullptr;
+    network_ = {.round_trip = to_seconds(trace_.rtt + 2 * trace_.playout_depth), .loss = meter_.loss()};
+    inputs_.network = after_gap_.settled() && receiver_.rtt() ? &network_ : nullptr;
   }
 
   // Energy that went through the port since the last tick, for laws that keep account of it.
