@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "common/config/effect.hpp"
+#include "common/config/scene_kind.hpp"
 #include "common/config/schema.hpp"
 #include "common/device/line_age.hpp"
 
@@ -290,7 +291,9 @@ void refuse(const std::vector<Complaint>& complaints) {
 
 std::vector<Complaint> complete_and_check(scene::Scene& scene) {
   Checker checker;
+  const bool named = scene.control().has_g_v_rad_s();
   checker.complete(scene, "");
+  if (!named) scene.mutable_control()->set_g_v_rad_s(default_g_v(scene));
   check_together(checker, scene);
   for (const Complaint& complaint : refused_settings(scene)) checker.complain(complaint.path, complaint.sentence);
   return checker.take();

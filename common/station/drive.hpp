@@ -6,7 +6,7 @@
 
 #include "common/observer/rtob.hpp"
 #include "common/observer/stuck_reading.hpp"
-#include "common/signal/derivative.hpp"
+#include "common/signal/axis_speed.hpp"
 #include "common/station/drive_io.hpp"
 #include "common/station/limits.hpp"
 #include "common/station/params.hpp"
@@ -37,11 +37,11 @@ class DirectDrive {
         power_stage_(p.power_stage),
         dt_s_(p.dt_s),
         K_(p.K),
-        derivative_(p.g_v, p.dt_s),
+        speed_(p.g_v, p.dt_s),
         dob_(p.model.J_n, p.g_dis, p.dt_s),
         rtob_(p.model, p.g_reac, p.dt_s),
-        stuck_(p.resolution, p.stiffest_nm_per_rad / p.model.J_n, p.g_v, p.g_dis, p.dt_s),
-        moving_{derivative_, dob_, rtob_, Joints<N>::Zero()},
+        stuck_(p.resolution, p.stiffest_nm_per_rad / p.model.J_n, speed_.guard_cutoff(), p.g_dis, p.dt_s),
+        moving_{speed_, dob_, rtob_, Joints<N>::Zero()},
         bound_(p.person, p.gate, p.model.J_n, p.g_dis, p.K.K_f, p.dt_s),
         gate_(p.gate, p.dt_s),
         rise_(p.dt_s / p.take_over_s),
@@ -53,6 +53,11 @@ class DirectDrive {
   // ticks: periods since the last call. More than one means that ticks were missed, and that the drive meanwhile gave
   // the torque of its contract (TorqueHold).
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept;
+
+  // local, the motion of the last observe(), with the velocity by which guards judge (common/signal/axis_speed.hpp).
+  Motion<N> for_guards(const Motion<N>& local) const noexcept {
+    return unseen_ > 0 ? local : Motion<N>{local.x, speed_.for_guards(), local.f};
+  }
 
   // After observe() of the same tick.
   Command follow(const Motion<N>& local, const Motion<N>& target, Wanted wanted, int ticks) noexcept;
@@ -85,12 +90,12 @@ class DirectDrive {
   TorqueHold power_stage_;
   double dt_s_;
   FourChannelGains K_;
-  Derivative<N> derivative_;
+  AxisSpeed<N> speed_;
   Dob<N> dob_;
   Rtob<N> rtob_;
   StuckReading<N> stuck_;
   struct Observers {
-    Derivative<N> derivative;
+    AxisSpeed<N> speed;
     Dob<N> dob;
     Rtob<N> rtob;
     Joints<N> torque;
@@ -119,19 +124,20 @@ class ReferenceDrive {
   using Command = typename ReferenceIo<N>::Command;
 
   explicit ReferenceDrive(const DriveParams& p)
-      : derivative_(p.g_v, p.dt_s), gate_(p.gate, p.dt_s), spring_(p.K.K_f > 0.0 ? p.K.K_p / p.K.K_f : 0.0) {}
+      : speed_(p.g_v, p.dt_s), gate_(p.gate, p.dt_s), spring_(p.K.K_f > 0.0 ? p.K.K_p / p.K.K_f : 0.0) {}
 
   void reset(const Sensed& sensed) noexcept {
-    derivative_.reset(sensed.x);
+    speed_.reset(sensed.x);
     gate_.reset(sensed.x);
     bounded_ = false;
   }
 
   Motion<N> observe(const Sensed& sensed, int ticks) noexcept {
     bounded_ = sensed.device.bounded;
-    if (ticks > kLongestGap) derivative_.reset(sensed.x);
-    return {sensed.x, ticks > 1 ? derivative_.across(sensed.x, ticks) : derivative_.step(sensed.x), sensed.f};
+    if (ticks > kLongestGap) speed_.reset(sensed.x);
+    return {sensed.x, ticks > 1 ? speed_.across(sensed.x, ticks) : speed_.step(sensed.x), sensed.f};
   }
+  Motion<N> for_guards(const Motion<N>& local) const noexcept { return {local.x, speed_.for_guards(), local.f}; }
 
   // In torque mode the distance to the target, which fades in, counts with the spring by which the device would follow.
   Command follow(const Motion<N>& local, const Motion<N>& target, Wanted wanted, int ticks) noexcept {
@@ -162,7 +168,7 @@ class ReferenceDrive {
   std::uint32_t spared() const noexcept { return bounded_ ? kLimitDevice : 0u; }
 
  private:
-  Derivative<N> derivative_;
+  AxisSpeed<N> speed_;
   ReferenceGate<N> gate_;
   double spring_;  // N m/rad
   bool bounded_ = false;

@@ -8,7 +8,7 @@ namespace farhand {
 
 template <int N>
 void DirectDrive<N>::reset(const Sensed& sensed) noexcept {
-  derivative_.reset(sensed.x);
+  speed_.reset(sensed.x);
   stuck_.reset();
   unseen_ = 0;
   bound_.reset();
@@ -25,10 +25,10 @@ Motion<N> DirectDrive<N>::observe(const Sensed& sensed, int ticks) noexcept {
   acted_ = gate_.applied();
   acted_share_ = 1.0;
   const Dob<N>& known = stuck_.stood() > 0 ? moving_.dob : dob_;
-  if (stuck_.step(sensed.x, derivative_.value(), (acted_ - known.value()) / model_.J_n))
-    moving_ = {derivative_, dob_, rtob_, acted_};
+  if (stuck_.step(sensed.x, speed_.for_guards(), (acted_ - known.value()) / model_.J_n))
+    moving_ = {speed_, dob_, rtob_, acted_};
   if (stuck_.stuck(limits_ != 0)) {
-    derivative_ = moving_.derivative;
+    speed_ = moving_.speed;
     dob_ = moving_.dob;
     rtob_ = moving_.rtob;
     unseen_ = stuck_.stood();
@@ -42,7 +42,7 @@ template <int N>
 Motion<N> DirectDrive<N>::estimate(const Joints<N>& x, const Joints<N>& tau) noexcept {
   Motion<N> local;
   local.x = x;
-  local.v = derivative_.step(x);
+  local.v = speed_.step(x);
   dob_.step(tau, local.v);
   local.f = rtob_.step(tau, local.x, local.v);
   return local;
@@ -61,7 +61,7 @@ Motion<N> DirectDrive<N>::across(const Joints<N>& x, int unseen, int ticks) noex
     acted_share_ = 0.0;
     return estimate(x, acted_);
   }
-  const Joints<N> from = derivative_.last(), given = gate_.applied();
+  const Joints<N> from = speed_.last(), given = gate_.applied();
   Motion<N> local;
   acted_share_ = 0.0;
   for (int k = 1; k <= all; ++k) {
@@ -93,7 +93,8 @@ auto DirectDrive<N>::follow(const Motion<N>& local, const Motion<N>& target, Wan
     -> Command {
   authority_ = std::clamp(authority_ + (wanted.driven ? rise_ : -fall_) * ticks, 0.0, 1.0);
   const Joints<N> asked = four_channel(K_, local, target);
-  const Joints<N> a_ref = bound_.step(asked, local, gate_.applied(), dob_.value());
+  const Motion<N> seen = speed_.two() ? for_guards(local) : local;
+  const Joints<N> a_ref = bound_.step(asked, seen, gate_.applied(), dob_.value());
   const std::uint32_t limits_before = std::exchange(limits_, wanted.driven ? bound_.active() : 0u);
   const Joints<N> free = model_.J_n * a_ref + dob_.value();
   const Joints<N> wish = (limits_before | (stuck_.stood() > 1 ? limits_ : 0u)) != 0 ? doubted(free) : free;

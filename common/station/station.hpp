@@ -149,7 +149,7 @@ class Station {
 
   // continues: this reading has the same zero as the last one.
   void guard(const Sensed& sensed, bool continues, OperatorAct act, int ticks) noexcept {
-    const GuardInputs<N> in{.local = trace_.local,
+    const GuardInputs<N> in{.local = drive_.for_guards(trace_.local),
                             .reference = followed_,
                             .torque = drive_.torque(),
                             .gives_torque = Drive::kGivesTorque,

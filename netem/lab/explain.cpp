@@ -96,7 +96,10 @@ class Builder {
 
   void station(Place place, const scene::Axis& axis, bool elastic) {
     const scene::Control& c = s_.control();
-    has(place, BlockId::kVelocity, "velocity", say("the encoder gives angles only; g_v = ", c.g_v_rad_s(), " rad/s"));
+    std::string velocity = say("the encoder gives angles only; g_v = ", c.g_v_rad_s(), " rad/s");
+    if (const double counts = coarsest_counts(s_); default_g_v(s_) != 500.0 && c.g_v_rad_s() == default_g_v(s_))
+      velocity += say(", because an encoder has only ", shortest(counts), " counts; guards keep 500 rad/s");
+    has(place, BlockId::kVelocity, "velocity", std::move(velocity));
     if (elastic) {
       const char* why = "slave.device = SERIES_ELASTIC: the MCU closes this loop itself, the PC sends references";
       lacks(place, BlockId::kDob, "DOB", why);

@@ -21,7 +21,8 @@ struct ContactCell {
 };
 
 // constant: else +-50 % of jitter and 10 % of loss.
-inline LoadedScene load_scene(const std::string& scene, const ContactCell& cell, bool constant = false) {
+inline LoadedScene load_scene(const std::string& scene, const ContactCell& cell, bool constant = false,
+                              const std::vector<std::string>& more = {}) {
   const std::string delay = std::to_string(cell.delay_s), until = std::to_string(cell.until_s());
   const std::string path =
       "{delay_s: " + delay + (constant ? "}" : " jitter_s: " + std::to_string(0.5 * cell.delay_s) + " loss: 0.1}");
@@ -38,6 +39,7 @@ inline LoadedScene load_scene(const std::string& scene, const ContactCell& cell,
   } else {
     sets.push_back("slave.hand.stiffness_nm_per_rad=" + cell.environment);
   }
+  sets.insert(sets.end(), more.begin(), more.end());
   LoadedScene loaded = load_scene(scene, sets);
   loaded.scene.set_seed(static_cast<std::uint64_t>(cell.seed));
   return loaded;
