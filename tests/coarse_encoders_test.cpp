@@ -72,7 +72,9 @@ void at_4096_counts(const std::string& scene, const std::vector<double>& delays,
     // A light hand moves slowly where nothing, or next to nothing, holds it.
     const bool may_stir = cell.grip == "LIGHT" && (cell.environment == "free" || cell.environment == "0.5");
     EXPECT_TRUE(metrics.is_true("stable") || may_stir) << cell.name();
-    EXPECT_LE(moved, may_stir ? 10.0 : 2.0) << cell.name();
+    // Behind an MCU he also goes between two counts on a soft hand.
+    const bool two_counts = elastic && cell.grip == "LIGHT" && cell.environment == "2";
+    EXPECT_LE(moved, may_stir ? 10.0 : two_counts ? 3.5 : 2.0) << cell.name();
     EXPECT_LE(off, tracking_mrad) << cell.name();
     rest = std::max(rest, moved);
     tracking = std::max(tracking, off);
