@@ -251,7 +251,7 @@ TEST(AfterGap, AMediatorLearnsNothingAcrossIt) {
     slave.f = J1(std::copysign(0.2, std::cos(0.01 * k)) + 5 * slave.x[0]);
     EXPECT_EQ(mediator.step(slave, slave, Learns::kNothing, false).f[0], 0.0);
   }
-  EXPECT_EQ(mediator.friction_named(), 0.0);
+  EXPECT_EQ(mediator.friction(), 0.0);
 }
 
 // A moment after a gap no spring is learnt, but where it begins: so that what the slave feels now is felt.

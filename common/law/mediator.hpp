@@ -34,6 +34,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/law/params.hpp"
@@ -58,14 +59,19 @@ class ContactModel {
         step_(kSpeed * dt_s),
         critical_(2 * kDamping / std::sqrt(K_f)) {}
 
-  // x, f: the slave's angle and reaction as played out; x_p: where its model is now.
+  // x, f: the slave's angle and reaction as played out; x_p: where its model is now. hand: the reaction without the
+  // friction of the slave's device, as far as this is known. friction: the most that f may hold of it, N m.
   void learn(double x, double f, double x_p, Learns learns = Learns::kAll) noexcept {
-    if (!std::exchange(begun_, true)) x_ = x, f_ = f;
+    learn(x, f, f, 0.0, x_p, learns);
+  }
+  void learn(double x, double f, double hand, double friction, double x_p, Learns learns) noexcept {
+    if (!std::exchange(begun_, true)) x_ = x, f_ = hand, whole_ = f;
     x_ += learn_ * (x - x_);
-    f_ += learn_ * (f - f_);
+    f_ += learn_ * (hand - f_);
+    whole_ += learn_ * (f - whole_);
     if (learns == Learns::kNothing) return;
     const bool before = pressed_;
-    pressed_ = f_ > (pressed_ ? kRelease : kTouch);
+    pressed_ = whole_ > (pressed_ ? kRelease : kTouch) + kAbove * friction;
     if (pressed_ && !before) begin(x_p);
     if (pressed_ && learns == Learns::kAll) identify();
     if (!known_) return;
@@ -73,7 +79,8 @@ class ContactModel {
     if (x_p > x_0_) x_0_ = x_p - (x_p - x_0_) * k_before / k_;  // the present torque does not change
     if (pressed_ || k_ * (x_ - x_0_) > kRelease) {
       const double measured = x_ - std::max(0.0, f_) / k_;
-      x_0_ += std::clamp(settle_ * (measured - x_0_), -step_, step_);
+      const double band = std::min(kMostBand, kBand * friction) / k_, off = measured - x_0_;
+      x_0_ += std::clamp(settle_ * (off - std::clamp(off, -band, band)), -step_, step_);
     }
   }
 
@@ -89,7 +96,12 @@ class ContactModel {
   void settle(double g, double dt_s) noexcept { settle_ = LowPass<1>(Cutoff::rad_s(g), dt_s).smoothing(); }
 
  private:
-  static constexpr double kTouch = 0.05, kRelease = 0.02;    // N m: kLearn reduces noise of 0.024 to 0.0012
+  static constexpr double kTouch = 0.05, kRelease = 0.02;  // N m: kLearn reduces noise of 0.024 to 0.0012
+  // Times the friction: a reaction below this is no contact. A hand that pushes back with the friction and kTouch is
+  // felt for sure, because a device that moves into it adds its friction to the reaction.
+  static constexpr double kAbove = 1.2;
+  // x_0 rests while the model's torque is wrong by less than kBand times the friction, at most kMostBand, N m.
+  static constexpr double kBand = 0.6, kMostBand = 0.04;
   static constexpr double kFirst = 3.0;                      // N m/rad, before anything was learnt
   static constexpr double kSoftest = 0.2, kStiffest = 30.0;  // N m/rad
   static constexpr double kLearn = 50.0;                     // rad/s
@@ -126,9 +138,16 @@ class ContactModel {
 
   double learn_, settle_, growth_, step_, critical_;
   double k_ = kFirst, aim_ = kFirst, x_0_ = 0.0;
-  double x_ = 0.0, f_ = 0.0;
+  double x_ = 0.0, f_ = 0.0, whole_ = 0.0;
   FittedLine line_{kMemory};
   bool begun_ = false, known_ = false, pressed_ = false;
+};
+
+// F_c, N m: NaN if nothing was told. measured: with nothing in the device, lately; else it is an assumption on the safe
+// side.
+struct ToldFriction {
+  double F_c = std::numeric_limits<double>::quiet_NaN();
+  bool measured = false;
 };
 
 template <int N>
@@ -157,14 +176,17 @@ class Mediator {
 
   // local: the master now; received: the slave as played out. Returns the model of the slave at this instant.
   // calm: the last gap in time is long enough ago to learn friction.
+  // told: what the slave says of the friction of its device.
   const Motion<N>& step(const Motion<N>& local, const Motion<N>& received, Learns learns = Learns::kAll,
-                        bool calm = true) noexcept {
+                        bool calm = true, ToldFriction told = {}) noexcept {
     for (int j = 0; j < N; ++j) {
       ContactModel &up = rising_[static_cast<std::size_t>(j)], &down = falling_[static_cast<std::size_t>(j)];
-      const double f = received.f[j] - unloaded(j) * friction(devices_[static_cast<std::size_t>(j)], received.x[j],
-                                                              received.f[j], local.x[j], calm);
-      up.learn(received.x[j], f, slave_.x[j], learns);
-      down.learn(-received.x[j], -f, -slave_.x[j], learns);
+      Device& device = devices_[static_cast<std::size_t>(j)];
+      device.told = {std::isnan(told.F_c) ? told.F_c : std::min(told.F_c, kMostTold), told.measured};
+      const double f = received.f[j], x = received.x[j], most = device.most();
+      const double hand = f - unloaded(j) * friction(device, x, f, local.x[j], calm);
+      up.learn(x, f, hand, most, slave_.x[j], learns);
+      down.learn(-x, -f, -hand, most, -slave_.x[j], learns);
       const double v_fast = slave_.v[j] - v_slow_.value()[j];
       slave_.f[j] = up.force(slave_.x[j], v_fast) - down.force(-slave_.x[j], -v_fast);
     }
@@ -187,13 +209,21 @@ class Mediator {
   // Stiffness of the first joint's contact with rising angles, N m/rad.
   double k_rising() const noexcept { return rising_[0].k(); }
   double k_falling() const noexcept { return falling_[0].k(); }
-  double friction_named() const noexcept { return devices_[0].tendons.F_c(); }  // N m
+  double friction() const noexcept { return devices_[0].F_c(); }  // N m, of the first joint's device; 0 while unknown
 
  private:
   struct Device {
     TendonFriction tendons;
     Hysteresis there, here;  // driven by the slave's angle as played out, and by the master's
-    double named = 0.0;      // N m, estimated friction, fading in
+    double named = 0.0;      // N m, friction that is taken off, fading in
+    ToldFriction told;
+    // What the reaction holds of it: never less than what was measured with nothing in the device. 0 while unknown.
+    double F_c() const noexcept { return told.measured ? std::max(told.F_c, tendons.F_c()) : tendons.F_c(); }
+    // What it may hold of it.
+    double most() const noexcept {
+      if (told.measured || tendons.found()) return F_c();
+      return std::isfinite(told.F_c) ? told.F_c : kAssumed;
+    }
   };
   // Friction is subtracted from the learnt torque, and given to the device, in free motion only. Under load a torque
   // that changes sign with the motion would cause oscillation; friction then appears as a difference between the sides.
@@ -208,16 +238,18 @@ class Mediator {
     } else {
       device.tendons.go_on(x);
     }
-    if (device.tendons.F_c() == 0.0 && device.named == 0.0) return 0.0;
+    if (device.F_c() == 0.0 && device.named == 0.0) return 0.0;
     const double L = std::max(device.tendons.L(), device.named / kSteepest), step = kFriction * dt_s_;
     device.there.step(x, L);
     device.here.step(x_m, L);
-    device.named += std::clamp(device.tendons.F_c() - device.named, -step, step);
+    device.named += std::clamp(device.F_c() - device.named, -step, step);
     return device.named * device.there.value();
   }
 
   using Contacts = std::array<ContactModel, static_cast<std::size_t>(N)>;
   static constexpr double kSteepest = 10.0;  // N m/rad: a torque that reverses over less motion causes oscillation
+  static constexpr double kMostTold = 0.5;   // N m, beyond what an empty sweep can measure
+  static constexpr double kAssumed = 0.1;    // N m, of a slave that says nothing
   static constexpr double kFriction = 0.5;   // N m/s, at which the estimated friction takes effect
 
   static Contacts make(double K_f, double dt_s) {

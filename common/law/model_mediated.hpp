@@ -1,6 +1,8 @@
 // Four channels on the therapist's side against a learnt model of the patient's side (common/law/mediator.hpp).
 #pragma once
 
+#include <cmath>
+
 #include "common/law/law.hpp"
 #include "common/law/mediator.hpp"
 #include "common/law/row.hpp"
@@ -42,7 +44,8 @@ class ModelMediated final : public Law<N> {
     Wish<N> wish;
     if (in.engaged) {
       const Learns learns = in.since.settled ? Learns::kAll : in.since.rested ? Learns::kWhere : Learns::kNothing;
-      wish.follow = mediator_.step(in.local, in.received, learns, in.since.calm);
+      wish.follow = mediator_.step(in.local, in.received, learns, in.since.calm,
+                                   {in.peer_friction, in.peer_friction_known && std::isfinite(in.peer_friction)});
       ahead_ = wish.follow.x - in.received.x;
       needs_ = mediator_.device_needs();
     }
@@ -52,7 +55,7 @@ class ModelMediated final : public Law<N> {
 
   LawSignals signals() const noexcept override {
     LawSignals all{.x_cdob = ahead_[0]};
-    all.own[0] = mediator_.friction_named();
+    all.own[0] = mediator_.friction();
     all.own[1] = mediator_.k_rising();
     all.own[2] = mediator_.k_falling();
     return all;
@@ -60,7 +63,7 @@ class ModelMediated final : public Law<N> {
 
   // g: cut-off with which the model's contact follows from now on, rad/s.
   void settle(double g) noexcept { mediator_.settle(g); }
-  double friction() const noexcept { return mediator_.friction_named(); }  // of the peer's device, N m
+  double friction() const noexcept { return mediator_.friction(); }  // of the peer's device, N m
   const Joints<N>& device_needs() const noexcept { return needs_; }
 
  private:

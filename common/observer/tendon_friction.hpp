@@ -68,6 +68,7 @@ class TendonFriction {
     if (std::abs(turns_[best].z_mean) > kBothWays * way_) return;
     const double F_c = turns_[best].zf / turns_[best].zz;
     F_c_ = F_c > kLeast ? F_c : 0.0;
+    found_ = true;
     L_ = kLengths[best];
   }
 
@@ -78,8 +79,9 @@ class TendonFriction {
     for (std::size_t i = 0; i < turns_.size(); ++i) turns_[i].z.step(x_, kLengths[i]);
   }
 
-  double F_c() const noexcept { return F_c_; }  // N m; 0 while none was found
-  double L() const noexcept { return L_; }      // rad
+  double F_c() const noexcept { return F_c_; }    // N m; 0 while none was found
+  bool found() const noexcept { return found_; }  // F_c is known, also where it is 0
+  double L() const noexcept { return L_; }        // rad
 
  private:
   static constexpr double kPlay = 0.4e-3;   // rad, more than a count of 20000
@@ -88,7 +90,7 @@ class TendonFriction {
   static constexpr double kRest = 0.05;     // largest unexplained share of the square of f
   static constexpr double kNoise = 0.03;    // N m, of f
   static constexpr double kBothWays = 0.5;  // bound on |mean z|: in one direction a pressed spring looks like friction
-  static constexpr double kLeast = 0.03;    // N m: the observers leave less of a freely moving axis
+  static constexpr double kLeast = 0.006;   // N m: the observers leave less of a freely moving axis
   static constexpr std::array<double, 6> kLengths{2.5e-3, 4e-3, 7e-3, 12e-3, 21e-3, 36e-3};  // rad
   struct Turn {
     Hysteresis z;
@@ -97,7 +99,7 @@ class TendonFriction {
   std::array<Turn, kLengths.size()> turns_;
   double x_ = 0.0, ff_ = 0.0, way_ = 0.0, gone_ = 0.0;
   double F_c_ = 0.0, L_ = kLengths[0];
-  bool begun_ = false;
+  bool begun_ = false, found_ = false;
 };
 
 }  // namespace farhand
