@@ -139,7 +139,9 @@ TEST(Sweeping, EndsByEveryActAndByNothingOfThePeer) {
                                    {"RESET", "fault: operator"}}) {
       const Session session = swept(scene, {"operator_acts[1]={at_s: 3 act: " + std::string(act) + " by: PATIENT}"}, 4);
       EXPECT_EQ(last_said(session, end), end) << scene << act;
-      if (!elastic(scene)) EXPECT_EQ(session.slave.back().command_nm, 0.0) << act;  // an MCU is told to let go
+      if (!elastic(scene)) {  // an MCU is told to let go
+        EXPECT_EQ(session.slave.back().command_nm, 0.0) << act;
+      }
     }
     const Session engaged = swept(scene, {"operator_acts[1]={at_s: 3 act: ENGAGE}"}, 10);
     EXPECT_EQ(engaged.slave.back().state, static_cast<int>(S::kSweeping)) << "nobody engages meanwhile";
