@@ -46,7 +46,7 @@ Packet<N> random_packet(std::uint64_t& seed) {
   p.echo_dwell_ns = u32();
   p.expiry_ms = u32();
   p.state = static_cast<StationState>(u32() % 11);
-  p.limits = u32() & kAllLimits;
+  p.limits = u32() & kPacketBits;
   for (int i = 0; i < N; ++i) {
     p.motion.x[i] = finite();
     p.motion.v[i] = finite();

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <deque>
 #include <fstream>
 #include <map>
 #include <random>
@@ -217,12 +218,29 @@ class Weather {
     in.limit_holds = happens(kPatientLimit);
     in.shaken = happens(kShaken);
     in.peer_alive = !happens(kSilent);
-    if (happens(kPeerChanges)) peer_ = static_cast<S>(random_() % 11);
+    if (happens(kPeerChanges))
+      peer_ =
+          gaps_ ? std::array{S::kEngaged, S::kHolding, S::kAligning}[random_() % 3] : static_cast<S>(random_() % 11);
     in.peer = peer_;
     in.aligned = !happens(kApart);
+    if (happens(kPeerChanges))
+      told_ = static_cast<std::uint32_t>(gaps_ && random_() % 8 != 0 ? ~0ull : random_()) & kGapBits;
+    if (happens(kRestart)) ++session_;
+    in.gap = {.without = happens(kLongGap) ? 20
+                         : in.peer_alive   ? 0
+                                           : 4 + static_cast<Nanoseconds>(random_() % 8),
+              .session = session_,
+              .told = told_,
+              .slept = happens(kSleeps),
+              .moved = happens(kMoves),
+              .near = !happens(kApart),
+              .slow = !happens(kMoves)};
     return in;
   }
-  Nanoseconds pause() { return random_() % 32 == 0 ? 20 : 1; }
+  Nanoseconds pause() {
+    if (random_() % 4096 == 0) return 61 * kSecond;
+    return random_() % 32 == 0 ? 20 : 1;
+  }
 
  private:
   enum Event {
@@ -241,6 +259,10 @@ class Weather {
     kSilent,
     kPeerChanges,
     kApart,
+    kRestart,
+    kSleeps,
+    kMoves,
+    kLongGap,
     kEvents
   };
   bool happens(Event event) { return random_() % 1024 < rate_[event]; }
@@ -248,12 +270,21 @@ class Weather {
     constexpr std::uint64_t kRates[] = {0, 0, 0, 0, 0, 4, 32, 512};
     for (std::uint64_t& rate : rate_) rate = kRates[random_() % 8];
     rate_[kApart] = 512 * (random_() % 3);
-    if (random_() % 32 == 0) rate_[std::array{kNotAtRest, kOutOfRange, kLine}[random_() % 3]] = 1024;
+    gaps_ = random_() % 2 == 0;  // of the network, and little else
+    if (gaps_) {
+      rate_.fill(0);
+      rate_[kSilent] = kRates[5 + random_() % 3];
+      rate_[kPeerChanges] = 256;
+      for (const Event one : {kLongGap, kSleeps, kMoves, kRestart}) rate_[one] = random_() % 16 == 0 ? 32 : 0;
+    }
+    if (!gaps_ && random_() % 32 == 0) rate_[std::array{kNotAtRest, kOutOfRange, kLine}[random_() % 3]] = 1024;
   }
 
   std::mt19937_64 random_;
   std::array<std::uint64_t, kEvents> rate_{};
   S peer_ = S::kReady;
+  std::uint32_t told_ = 0, session_ = 1;
+  bool gaps_ = false;
 };
 
 // Ten million steps: every transition is one of the table, every row of the table is taken, on each side that it is
@@ -268,6 +299,7 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
                                   .self_test_limit = 12,
                                   .homing = round % 4 < 2,
                                   .homing_timeout = 40,
+                                  .longest_gap = round % 5 == 4 ? 0 : 12,
                                   .identification = round % 8 < 6,
                                   .sweep = round % 16 < 12};
     Weather weather(static_cast<std::uint64_t>(round) + 1);
@@ -275,6 +307,9 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
     Nanoseconds now = 0, unsound = 0;  // when the device was last seen unsound, or the test began
     S last = machine.state();
     bool disengaged_since = false, homed = false;
+    bool for_gap = false;       // it holds for a gap of the network, and nothing else has happened
+    std::uint32_t session = 0;  // of the peer, before the gap
+    std::deque<Nanoseconds> resumed;
     for (int k = 0; k < 250'000; ++k, ++steps) {
       now += weather.pause();
       const EngagementInputs in = weather.next();
@@ -283,7 +318,23 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
       if (!in.device_valid) homed = false;
       const S next = machine.step(now, in);
 
+      if (last == S::kHolding) {
+        for_gap = for_gap && in.act == OperatorAct::kNone && !in.limit_holds && !in.shaken && !in.guard_fault &&
+                  !in.gap.slept && !in.gap.moved && in.gap.without <= params.longest_gap && in.gap.session == session;
+      }
       const Transition* row = machine.taken();
+      if (row != nullptr && row->reason == Reason::kResumed) {
+        ASSERT_TRUE(last == S::kHolding && for_gap && in.peer_alive && in.gap.near && in.gap.slow);
+        ASSERT_TRUE(params.longest_gap > 0 && (in.gap.told != 0 || (role == Role::kLeader && in.peer == S::kEngaged)));
+        while (!resumed.empty() && now - resumed.front() > 60 * kSecond) resumed.pop_front();
+        resumed.push_back(now);
+        ASSERT_LE(resumed.size(), 3u);
+      }
+      if (row != nullptr) {
+        for_gap = last == S::kEngaged && next == S::kHolding && !in.gap.slept &&
+                  (row->reason == Reason::kPeerSilent || row->reason == Reason::kPeerDeaf);
+        session = in.gap.session;
+      }
       ASSERT_EQ(row != nullptr, next != last);
       if (row != nullptr) {
         ASSERT_TRUE(row->from.has(last));
@@ -335,10 +386,11 @@ TEST(Engagement, InvariantsHoldOnRandomSequencesAndEveryRowIsTaken) {
         ASSERT_TRUE(homed || !params.homing);
       }
       if (next != last && next == S::kAligning) {
-        ASSERT_TRUE(role == Role::kLeader && in.act == OperatorAct::kEngage && in.peer_alive);
+        ASSERT_TRUE(role == Role::kLeader && in.peer_alive);
+        ASSERT_EQ(in.act == OperatorAct::kEngage, row->reason != Reason::kResumed);
       }
       if (next != last && next == S::kEngaged) {
-        ASSERT_TRUE(in.peer_alive && in.aligned);
+        ASSERT_TRUE(in.peer_alive && (in.aligned || row->reason == Reason::kResumed));
         ASSERT_EQ(last == S::kAligning, role == Role::kLeader);
         ASSERT_TRUE(role == Role::kLeader ||
                     (disengaged_since && in.peer == S::kEngaged && !in.limit_holds && !in.shaken));

@@ -196,6 +196,11 @@ TEST(LiveStatus, ShowsEveryNumberAndDashesForTheUnknown) {
   EXPECT_NE(line.find("RTT - ms  loss - %"), std::string::npos) << line;
 }
 
+TEST(LiveStatus, TellsOfAGapOfTheNetwork) {
+  EXPECT_NE(format_live_status({.waits = true, .resumed = 2}).find("  may resume  resumed 2"), std::string::npos);
+  EXPECT_EQ(format_live_status({}).find("resume"), std::string::npos);
+}
+
 TEST(LiveStatus, TellsOfALineWhatIsKnownOfIt) {
   EXPECT_EQ(format_live_status({}).find("line"), std::string::npos) << "there is none";
   EXPECT_NE(format_live_status({.line_s = 0.004}).find("  line 4.0 ms"), std::string::npos);

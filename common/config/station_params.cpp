@@ -81,6 +81,7 @@ StationParams station_params(const scene::Scene& scene, Role role, const scene::
   p.receive.playout_max = from_seconds(r.playout_max_s());
   p.receive.expiry = from_seconds(r.expiry_s());
   p.engagement.timeout = from_seconds(e.timeout_s());
+  p.engagement.longest_gap = p.receive.brief = from_seconds(e.resume_s());
   if (axis.has_homing()) {
     const scene::Homing& h = axis.homing();
     p.engagement.homing = true;

@@ -225,7 +225,7 @@ DecodeResult PacketCodec<N>::decode(std::span<const std::byte> bytes, Packet<N>&
   const std::byte* const from = copy.data();
   if (load<std::uint32_t>(from + kVersion) != kProtocolVersion) return DecodeResult::kVersion;
   const auto state = load<std::uint32_t>(from + kState), limits = load<std::uint32_t>(from + kLimitBits);
-  if (state > static_cast<std::uint32_t>(kLastState) || (limits & ~kAllLimits) != 0) return DecodeResult::kValue;
+  if (state > static_cast<std::uint32_t>(kLastState) || (limits & ~kPacketBits) != 0) return DecodeResult::kValue;
   Packet<N> packet;
   packet.session = load<std::uint32_t>(from + kSession);
   packet.seq = load<std::uint32_t>(from + kSeq);

@@ -37,7 +37,7 @@ struct Packet {
   std::uint32_t echo_dwell_ns = 0;    // how long the echoed packet lay here: RTT = now - echo_send_time - dwell
   std::uint32_t expiry_ms = 0;  // the content must not be acted upon once older than this; 0: no limit of the sender's
   StationState state = StationState::kReady;
-  std::uint32_t limits = 0;  // LimitBit
+  std::uint32_t limits = 0;  // LimitBit, GapBit
   Motion<N> motion;
   double energy = 0.0;  // J so far, never falling; on the wire only if the law needs it (PacketCodec)
   // The motion of the packet before once more, so that a single lost packet leaves no gap. On the wire only if the law

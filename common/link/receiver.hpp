@@ -84,8 +84,12 @@ class Receiver {
   // is engaged already. It is true even if no tick fell into that time: a host that was suspended finds a socket full
   // of packets and a peer that seems alive. The station must then discard its earlier knowledge of the peer.
   bool take_lapse() noexcept { return std::exchange(lapsed_, false); }
-  // True after the first second that follows silence or a restart of the peer; in that second content may jump in time.
-  bool settled(Nanoseconds now) const noexcept { return clock_.settled(difference(now, arrival_0_)); }
+  // True after the first second that follows silence or a restart of the peer; in that second content may jump in time,
+  // unless the silence was brief.
+  bool settled(Nanoseconds now) const noexcept {
+    const Nanoseconds at = difference(now, arrival_0_);
+    return clock_.settled(at) && at - heard_again_ >= kSecond;
+  }
   // Round trip of the newest packet that echoed this station.
   std::optional<Nanoseconds> rtt() const noexcept { return rtt_; }
 
@@ -150,6 +154,7 @@ class Receiver {
     newest_seq_ = first_seq_ = packet.seq;
     any_ = played_ = false;
     overwritten_ = 0;
+    heard_again_ = -kSecond;
     clock_ = PlayoutClock(params_.playout_max);
   }
 
@@ -287,6 +292,7 @@ class Receiver {
   Nanoseconds newest_stamp_ = 0;
   Nanoseconds newest_arrival_ = 0;
   Nanoseconds last_arrival_ = 0;
+  Nanoseconds heard_again_ = -kSecond;  // after silence, relative to arrival_0_
   std::optional<Nanoseconds> rtt_, shortest_rtt_;
 
   std::uint32_t cursor_ = 0;  // newest packet that play-out has passed
@@ -353,7 +359,9 @@ Receipt Receiver<N>::accept(const Packet<N>& packet, Nanoseconds arrival) noexce
   ++counters_.received;
   if (any_ && arrival - last_arrival_ > params_.timeout) {
     lapsed_ = true;
-    clock_.restart();  // the station holds: no motion follows a jump
+    heard_again_ = at;
+    // The station holds: no motion follows a jump. After a brief silence the delay is most likely what it was.
+    if (arrival - last_arrival_ > params_.brief) clock_.restart();
   }
   last_arrival_ = any_ ? std::max(last_arrival_, arrival) : arrival;
   if (any_ && ahead_of_newest < 0) return count(counters_.reordered, Receipt::kReordered);

@@ -93,6 +93,7 @@ std::string shared_configuration(const scene::Scene& scene) {
   shared.set_tick_s(scene.tick_s());
   *shared.mutable_control() = scene.control();
   *shared.mutable_engagement() = scene.engagement();
+  shared.mutable_engagement()->clear_resume_s();  // each side's own
   *shared.mutable_master()->mutable_axis() = scene.master().axis();
   *shared.mutable_slave()->mutable_axis() = scene.slave().axis();
   shared.mutable_slave()->set_device(scene.slave().device());

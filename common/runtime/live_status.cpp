@@ -57,8 +57,10 @@ std::string format_live_status(const LiveStatus& s) {
     line = shown;
   }
   if (s.line_slow) line.append("  ").append(slow_line_sentence(s.line_blind));
-  return text + line + count_text("dropped", s.dropped) + count_text("not sent", s.unsent) + count_text("cut", s.cut) +
-         limits_text("therapist", s.therapist_limits) + limits_text("patient", s.patient_limits);
+  const std::string gap = s.waits ? "  may resume" : "";
+  return text + gap + count_text("resumed", s.resumed) + line + count_text("dropped", s.dropped) +
+         count_text("not sent", s.unsent) + count_text("cut", s.cut) + limits_text("therapist", s.therapist_limits) +
+         limits_text("patient", s.patient_limits);
 }
 
 LiveStatusPrinter::LiveStatusPrinter(bool quiet, int fd) : fd_(fd), terminal_(isatty(fd) != 0) {

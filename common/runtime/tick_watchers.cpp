@@ -28,6 +28,8 @@ void StatusWatcher::ticked(const StationTick& tick) noexcept {
   const double expected = static_cast<double>(counters.received + counters.lost);
   s.loss_share = expected > 0 ? static_cast<double>(counters.lost) / expected : unknown;
   const std::uint32_t peer_limits = tick.side.receiver().newest().limits;
+  s.waits = trace.waits;
+  s.resumed = trace.resumed;
   s.therapist_limits = leads_ ? trace.limits : peer_limits;
   s.patient_limits = leads_ ? peer_limits : trace.limits;
   s.dropped = dropped(tick.totals);

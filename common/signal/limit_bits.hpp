@@ -26,7 +26,15 @@ inline constexpr std::uint32_t kLimits = (1u << 12) - 1;
 // The warning that a limit is near (from 0.9 of it on) is the same bit in the upper half.
 inline constexpr int kWarningShift = 16;
 inline constexpr double kWarningShare = 0.9;
-inline constexpr std::uint32_t kAllLimits = kLimits | kLimits << kWarningShift;  // the codec rejects any other bit
+inline constexpr std::uint32_t kAllLimits = kLimits | kLimits << kWarningShift;
+
+// What a side says of a gap of the network, beside its limits (common/station/resumption.hpp).
+enum GapBit : std::uint32_t {
+  kGapHeld = 1u << 12,  // holds because a side heard nothing, and nothing else has happened
+  kGapOver = 1u << 13,  // goes on after it, as soon as the peer does, or does so now
+};
+inline constexpr std::uint32_t kGapBits = kGapHeld | kGapOver;
+inline constexpr std::uint32_t kPacketBits = kAllLimits | kGapBits;  // the codec rejects any other bit
 
 struct NamedLimit {
   LimitBit bit;

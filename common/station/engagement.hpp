@@ -6,6 +6,7 @@
 #include <span>
 
 #include "common/station/drive_io.hpp"
+#include "common/station/resumption.hpp"
 #include "common/station/states.hpp"
 
 namespace farhand {
@@ -16,6 +17,7 @@ struct EngagementParams {
   Nanoseconds self_test_limit = kSecond;      // within this time
   bool homing = false;                        // the device knows its angle only after it was led to a stop
   Nanoseconds homing_timeout = 30 * kSecond;
+  Nanoseconds longest_gap = 0;  // of the network, after which both sides go on without an act; 0: never
   bool identification = false;  // `identify` may check whether the axis is the one of the scene
   bool sweep = false;           // `friction` may measure the friction of the follower's device
 };
@@ -40,6 +42,7 @@ struct EngagementInputs {
   bool peer_alive = false;
   StationState peer = StationState::kReady;
   bool aligned = false;  // close enough to the peer to engage, and nothing still fades
+  GapInputs gap = {};
 };
 
 // Inputs of a transition's condition.
@@ -50,6 +53,7 @@ struct Circumstances {
   Nanoseconds sound;                             // length of the latest time in which the self-test found nothing
   bool homed;                                    // since the device was last found
   bool peer_seen_engaged, peer_seen_disengaged;  // in this state
+  const Resumption& gap;
 };
 
 struct Transition {
@@ -64,22 +68,27 @@ struct Transition {
 
 class Engagement {
  public:
-  Engagement(Role role, const EngagementParams& params) : role_(role), params_(params) {}
+  Engagement(Role role, const EngagementParams& params) : role_(role), params_(params), gap_(params.longest_gap) {}
 
   StationState step(Nanoseconds now, const EngagementInputs& in) noexcept;
 
   StationState state() const noexcept { return state_; }
   Reason reason() const noexcept { return reason_; }
   bool knows_angle() const noexcept { return homed_ || !params_.homing; }
+  const Resumption& gap() const noexcept { return gap_; }
+  // GapBit, for the peer.
+  std::uint32_t told_of_gap() const noexcept;
 
   static std::span<const Transition> transitions() noexcept;
   const Transition* taken() const noexcept { return taken_; }  // by the last step; null if it stayed
 
  private:
   void take(const Transition& row, Nanoseconds now, const EngagementInputs& in) noexcept;
+  void watch_gap(Nanoseconds now, const EngagementInputs& in) noexcept;
 
   Role role_;
   EngagementParams params_;
+  Resumption gap_;
   StationState state_ = StationState::kOff;
   Reason reason_ = Reason::kStart;
   const Transition* taken_ = nullptr;

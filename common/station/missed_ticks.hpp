@@ -43,14 +43,20 @@ class PeerTicks {
     session_ = newest.session;
     seq_ = newest.seq;
     send_time_ns_ = newest.send_time_ns;
+    set_back_ = follows && packets * dt_s_ - time_s > kSetBack;
     return follows ? std::clamp(time_s - packets * dt_s_, 0.0, 1.0) : 0.0;
   }
 
+  // Its clock was set back since the last call of missed_s().
+  bool set_back() const noexcept { return set_back_; }
+
  private:
   static constexpr std::uint32_t kMostPackets = 10'000;  // largest step of numbers within a session
+  static constexpr double kSetBack = 0.1;                // s
   double dt_s_;
   std::uint32_t session_ = 0, seq_ = 0;
   Nanoseconds send_time_ns_ = 0;
+  bool set_back_ = false;
 };
 
 }  // namespace farhand

@@ -43,7 +43,9 @@ enum class Reason : std::uint8_t {
   kLineSlow,
   kSwept,
   kResisted,
-  kUneven
+  kUneven,
+  kPeerDeaf,
+  kResumed
 };
 
 class StateSet {
@@ -128,7 +130,9 @@ constexpr const char* name_of(Reason reason) noexcept {
                                     "serial line takes over 8 ms: see its latency timer",
                                     "friction measured",
                                     "something resists: a hand in the device?",
-                                    "friction is not even: is something touched?"};
+                                    "friction is not even: is something touched?",
+                                    "peer heard nothing",
+                                    "gap of the network is over"};
   return kNames[static_cast<int>(reason)];
 }
 constexpr const char* name_of(Asks asks) noexcept {

@@ -87,6 +87,7 @@ class Station {
   static constexpr double kFollowerGate = 0.0873;
   static constexpr double kLeap = 0.75e-3;  // rad
   static constexpr double kSpared = 1.0;    // s
+  static constexpr double kStiff = 0.35;    // s
   static constexpr int kAfterGap = 20;      // ticks; compensation reacts a few ticks after the packets catch up
 
   static EngagementParams where_it_can(EngagementParams params, const Identifying* by) noexcept {
@@ -172,7 +173,26 @@ class Station {
     }
   }
 
-  void decide(Nanoseconds now, const Sensed& sensed, OperatorAct act, bool peer_known) noexcept {
+  // What is known of a gap of the network. How long the peer has not heard this side is in the echo.
+  GapInputs gap_now(Nanoseconds now, double offset, bool peer_known, bool slept) const noexcept {
+    const Packet<N>& newest = receiver_.newest();
+    const bool echoed = newest.echo_session == params_.session;
+    return {
+        .without = std::min(receiver_.silence(now), 3600 * kSecond) + (echoed ? Nanoseconds{newest.echo_dwell_ns} : 0),
+        .session = newest.session,
+        .told = newest.limits & kGapBits,
+        .slept = slept,
+        .moved = !((trace_.local.x - x_gap_).abs().maxCoeff() <= kResumedMoved),
+        .near = peer_known && offset <= kResumedApart,
+        .slow = (trace_.local.v.abs() < kResumedSpeed).all() && (trace_.remote.v.abs() < kResumedSpeed).all()};
+  }
+  // When the gap began for which this side holds now: with the last packet that one side had of the other.
+  Nanoseconds begin_of_gap(Nanoseconds now) const noexcept {
+    return engagement_.reason() == Reason::kPeerSilent ? now - receiver_.silence(now)
+                                                       : receiver_.newest().echo_send_time_ns;
+  }
+
+  void decide(Nanoseconds now, const Sensed& sensed, OperatorAct act, bool peer_known, bool slept) noexcept {
     const double offset = (trace_.local.x - trace_.remote.x).abs().maxCoeff();
     EngagementInputs in;
     in.act = act;
@@ -189,14 +209,19 @@ class Station {
     in.sweeping = sweeping_.progress();
     in.peer_alive = !receiver_.take_lapse() && peer_known && receiver_.alive(now);
     in.peer = receiver_.newest().state;
-    in.aligned = peer_known && receiver_.settled(now) && blend_.done() &&
-                 offset < (params_.role == Role::kLeader ? params_.align_tolerance : kFollowerGate);
+    in.gap = gap_now(now, offset, peer_known, slept);
+    in.aligned = peer_known && (receiver_.settled(now) || engagement_.gap().resumes()) && blend_.done() &&
+                 offset < near_enough();
     const StationState before = trace_.state;
     trace_.state = engagement_.step(now, in);
     trace_.reason = engagement_.reason();
+    trace_.waits = engagement_.gap().waits();
+    trace_.resumes = engagement_.gap().resumes();
+    trace_.resumed = engagement_.gap().count_of_minute(now);
     changed_ = trace_.state != before;
     if (!changed_) return;
     x_hold_ = trace_.local.x;
+    if (trace_.waits) x_gap_ = past_.at(begin_of_gap(now));
     if (trace_.state == StationState::kHoming) begin_homing();
     if (before == StationState::kHoming) end_homing();
     if (trace_.state == StationState::kIdentifying) begin_identifying();
@@ -246,7 +271,7 @@ class Station {
       case StationState::kEngaged:
         return wish_.follow;
       case StationState::kAligning:  // stiff: the position alone counts
-        return {trace_.remote.x, trace_.remote.v, -trace_.local.f};
+        return {trace_.remote.x, trace_.remote.v, -stiff(ticks) * trace_.local.f};
       case StationState::kHolding:  // a spring of K_p / K_f N m/rad, which a person can push away
         return {x_hold_, Joints<N>::Zero(), Joints<N>::Zero()};
       case StationState::kHoming:
@@ -263,6 +288,20 @@ class Station {
         break;
     }
     return own_motion();
+  }
+
+  // Who goes on after a gap of the network may not know of it, and push on. His device is then led by the soft spring
+  // of Holding, which gives way, and engages within 5 degrees. Waves are the exception: their law has no angle of the
+  // peer, an offset would stay. There the device must come as near as ever, and becomes stiff within kStiff.
+  bool soft() const noexcept { return trace_.resumes && params_.intake.wave == 0.0; }
+  double stiff(int ticks) noexcept {
+    if (!trace_.resumes) return 1.0;
+    aligning_s_ = changed_ ? 0.0 : aligning_s_ + dt_s_ * ticks;
+    const double s = std::min(1.0, aligning_s_ / kStiff);
+    return soft() ? 0.0 : s * s * (3.0 - 2.0 * s);
+  }
+  double near_enough() const noexcept {
+    return params_.role == Role::kFollower || soft() ? kFollowerGate : params_.align_tolerance;
   }
 
   // While the leader aligns, the peer's device may come back at another angle (its cable was unplugged), and the motion
@@ -286,7 +325,7 @@ class Station {
     receiver_.echo(packet, now);
     packet.expiry_ms = params_.expiry_ms;
     packet.state = trace_.state;
-    packet.limits = trace_.limits;
+    packet.limits = trace_.limits | engagement_.told_of_gap();
     packet.motion = params_.scale.to_peer(Motion<N>{wish_.tell.x, wish_.tell.v, wish_.tell.u});
     if (params_.role == Role::kFollower) {
       packet.friction = trace_.friction.threshold;
@@ -329,6 +368,8 @@ class Station {
   Motion<N> followed_;
   TickTrace<N> trace_;
   Joints<N> x_hold_ = Joints<N>::Zero();
+  PastAngle<N> past_;
+  Joints<N> x_gap_ = Joints<N>::Zero();  // where this axis was when the gap of the network began
   Joints<N> x_source_ = Joints<N>::Zero();
   double zero_ = 0.0;  // rad, found by homing
   std::uint32_t seq_ = 0;
@@ -340,6 +381,7 @@ class Station {
   bool was_usable_ = false;
   int gap_ = 0;  // ticks in which a gap of the network still counts
   bool changed_ = false;
+  double aligning_s_ = 0.0;  // after a gap of the network
   double spared_ = 0.0;  // the leader's only: recent share of the ticks in which he was protected by the person bound
 };
 
@@ -373,9 +415,9 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   }
 
   // Gaps in time: how much of the peer's motion may be followed, and repetition without its noise.
-  after_gap_.step(played.any && played.held && played.content_time == shown_, gap,
-                  peer_ticks_.missed_s(receiver_.newest()), trace_.state == StationState::kEngaged,
-                  drive_.acted_share());
+  const double peers_gap_s = peer_ticks_.missed_s(receiver_.newest());
+  after_gap_.step(played.any && played.held && played.content_time == shown_, gap, peers_gap_s,
+                  trace_.state == StationState::kEngaged, drive_.acted_share());
   shown_ = played.content_time;
   if (played.any) trace_.remote = last_word_.step(trace_.remote, after_gap_.silent_s());
   trace_.cuts = intake_.cuts();
@@ -386,7 +428,9 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   if (law_.needs().account) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
   if (law_.needs().network) measure_network(ticks);
   guard(sensed, continues, act, ticks);
-  decide(now, sensed, act, played.any);
+  past_.step(now, local.x);
+  const bool slept = gap > kLongestGap || dt_s_ * gap > kSlept || peers_gap_s > kSlept || peer_ticks_.set_back();
+  decide(now, sensed, act, played.any, slept);
   ask_law({.ticks = ticks,
            .held = played.held,
            .rested = after_gap_.rested(),
@@ -405,6 +449,10 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
     const bool elsewhere = changed_ || leapt(source, ticks);
     if (elsewhere && trace_.state == StationState::kHolding) {
       blend_.begin_rest(trace_.target, source);
+    } else if (elsewhere && trace_.state == StationState::kAligning && trace_.resumes) {
+      blend_.begin_near(trace_.target, source);
+    } else if (changed_ && trace_.state == StationState::kEngaged && trace_.resumes) {
+      blend_.begin_gently(trace_.target, source);
     } else if (elsewhere) {
       blend_.begin(trace_.target, source);
     }

@@ -24,6 +24,9 @@ struct TickTrace {
   Misfit misfit = Misfit::kNone;  // result of the last identification
   LoopFriction swept;             // result of the last sweep, whether it was refused or not
   KnownFriction friction;         // of the own device, as the peer is told
+  bool waits = false;             // holds for a gap of the network, and may go on after it without an act
+  bool resumes = false;           // goes on after one
+  std::size_t resumed = 0;        // so often in the last minute
   double shaking = 0.0;           // RMS of the own axis' velocity in the band of shaking, rad/s
 };
 

@@ -60,11 +60,11 @@ inline Expected deaf_slave(At at) {
   // The therapist's device aligns with the motion that it receives, and waits for a patient's side that does not
   // engage.
   if (at == At::kAligning) return {S::kReady, S::kEngaged, Reason::kTested, Reason::kAligned};
-  return at_work(at) ? with_master(silent(at), Reason::kPeerLetGo) : rides(at);
+  return at_work(at) ? with_master(silent(at), Reason::kPeerDeaf) : rides(at);
 }
 inline Expected deaf_master(At at) {
   Expected e = silent(at);
-  if (at_work(at)) e.slave_reason = Reason::kPeerLetGo, e.within_ms += kFlight;
+  if (at_work(at)) e.slave_reason = Reason::kPeerDeaf, e.within_ms += kFlight;
   return e;
 }
 

@@ -52,7 +52,7 @@ bool decode(PacketCodec<N>& codec, std::size_t size, std::span<const std::byte> 
   require(datagram.size() == size, "an accepted packet has the one size");
   require(intact(datagram), "an accepted packet has its checksum");
   require(packet.motion.finite() && packet.previous.finite(), "accepted motion is finite");
-  require(packet.state <= kLastState && (packet.limits & ~kAllLimits) == 0, "accepted states and limits are known");
+  require(packet.state <= kLastState && (packet.limits & ~kPacketBits) == 0, "accepted states and limits are known");
   const auto again = codec.encode(packet);
   require(std::equal(again.begin(), again.end(), datagram.begin(), datagram.end()),
           "what decodes encodes to its bytes");
