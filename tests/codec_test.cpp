@@ -302,7 +302,7 @@ TEST(Codec, RejectsUnknownStatesLimitsAndFlags) {
   for (unsigned bit = 0; bit < 32; ++bit) {
     Packet<1> p;
     p.limits = 1u << bit;
-    const bool known = bit % 16 < 12;  // those that act, and those that are near
+    const bool known = bit % 16 < 12 || bit == 12 || bit == 13;  // those that act or are near; a gap of the network
     EXPECT_EQ(codec.decode(codec.encode(p), out), known ? DecodeResult::kOk : DecodeResult::kValue) << bit;
   }
   for (unsigned flag = 0; flag < 256; ++flag) {

@@ -106,7 +106,7 @@ constexpr Transition kTransitions[] = {
      [](const S& s) noexcept { return peer(s, {kHolding, kAligning}); }},
     {{kEngaged}, kHolding, Reason::kPeerDeaf, kLeader, "the peer was Engaged and is Holding, because it heard nothing",
      [](const S& s) noexcept { return s.peer_seen_engaged && peer(s, {kHolding}) && gap(s, kGapHeld); }},
-    {{kAligning, kEngaged}, kHolding, Reason::kPeerLetGo, kLeader, "this is a resumption, and the peer takes no part any more, or has not heard this side for too long",
+    {{kAligning, kEngaged}, kHolding, Reason::kPeerDeaf, kLeader, "this is a resumption, and the peer takes no part any more, or has not heard this side for too long",
      [](const S& s) noexcept { return s.gap.resumes() && s.in.peer_alive &&
                                         (s.in.gap.without > s.params.longest_gap ||
                                          !(peer(s, {kEngaged}) || (peer(s, {kHolding}) && gap(s, kGapHeld)))); }},
