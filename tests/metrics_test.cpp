@@ -69,6 +69,30 @@ TEST_P(BothDirections, DragIsTheDampingFeltInFreeMotion) {
   EXPECT_NEAR(compute_metrics(session_of(master, still(0, 0, 0)), windows()).number("drag_nms_per_rad"), b, 1e-9);
 }
 
+TEST_P(BothDirections, AForceThatNobodyExertsIsAPhantomAndInertiaIsNone) {
+  // A device that feels like the inertia 1/K_f on a sine, with a bump of 0.2 N m at 5 s. The hand bears nothing.
+  const double sign = GetParam(), A = 0.25, K_f = 250;
+  scene::Scene scene = windows();
+  scene.mutable_control()->set_k_f_per_kgm2(K_f);
+  scene.mutable_master()->mutable_motor()->set_stop_min_rad(-0.349);
+  scene.mutable_master()->mutable_motor()->set_stop_max_rad(0.349);
+  const auto master = [&](double bump_nm) {
+    return [=](double t) {
+      const double x = sign * A * std::sin(kPi * t), v = sign * A * kPi * std::cos(kPi * t), F = -kPi * kPi * x / K_f;
+      return Instant{x, v, -(F + (std::abs(t - 5) < 0.1 ? sign * bump_nm : 0)), 0};
+    };
+  };
+  EXPECT_LE(compute_metrics(session_of(master(0), still(0, 0, 0)), scene).number("phantom_peak_nm"), 1e-4);
+  Session session = session_of(master(0.2), still(0, 0, 0));
+  EXPECT_NEAR(compute_metrics(session, scene).number("phantom_peak_nm"), 0.2, 1e-4);
+  EXPECT_TRUE(std::isnan(compute_metrics(session, scene).number("phantom_late_peak_nm"))) << "shorter than a minute";
+  // A hand that bears something at the time, or within a second and the round trip before, is felt with reason.
+  for (StationSample& s : session.slave) {
+    if (std::abs(s.t_s - 4.5) < 0.4) s.true_f_nm = sign * 0.03;
+  }
+  EXPECT_LE(compute_metrics(session, scene).number("phantom_peak_nm"), 1e-4);
+}
+
 TEST_P(BothDirections, ContactMetricsFollowFromSteadyTorquesAndAngles) {
   // F_m = 0.3, F_s = 0.6; master 0.2 rad past the rest angle, slave 0.25.
   const double sign = GetParam();

@@ -123,7 +123,7 @@ TEST(Reaction, SilenceOfTheNetworkHoldsTheSlaveAt100MillisecondsAndATick) {
   EXPECT_EQ(sides.slave->trace().reason, Reason::kPeerSilent);
   // The way back is whole, so the master learns of it one delay later.
   EXPECT_EQ(sides.until(*sides.master, StationState::kHolding), held + kDelay);
-  EXPECT_EQ(sides.master->trace().reason, Reason::kPeerLetGo);
+  EXPECT_EQ(sides.master->trace().reason, Reason::kPeerDeaf);
 }
 
 TEST(Reaction, SilenceOfTheNetworkHoldsTheMasterAt100MillisecondsAndATick) {
@@ -134,7 +134,7 @@ TEST(Reaction, SilenceOfTheNetworkHoldsTheMasterAt100MillisecondsAndATick) {
   EXPECT_EQ(held - sides.master_heard, 101 * kMillisecond);
   EXPECT_EQ(sides.master->trace().reason, Reason::kPeerSilent);
   EXPECT_EQ(sides.until(*sides.slave, StationState::kHolding), held + kDelay);
-  EXPECT_EQ(sides.slave->trace().reason, Reason::kPeerLetGo);
+  EXPECT_EQ(sides.slave->trace().reason, Reason::kPeerDeaf);
 }
 
 // The last frame from before the silence arrives up to the cable's delay later.

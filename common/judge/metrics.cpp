@@ -229,6 +229,49 @@ void contact(const AlignedSession& a, const scene::Scene& scene, Metrics& out) {
   stability(a, scene, window, out);
 }
 
+// Force that the therapist feels although nothing touches the patient's side.
+void phantom(const AlignedSession& a, const scene::Scene& scene, Metrics& out) {
+  constexpr double kNothing_nm = 0.02, kCalm_s = 1.0, kMinute_s = 60.0;
+  constexpr double kStop_rad = 0.01, kAfterStop_s = 0.3;  // a device that hits its stop swings for a moment
+  constexpr std::size_t kSide = 10;                       // ticks on each side, over which v is differentiated
+  const auto absent = [&](const std::string& because) {
+    for (const auto* key : {"phantom_peak_nm", "phantom_late_peak_nm"}) out.set_absent(key, because);
+  };
+  if (!a.true_torque) return absent("the torques are estimates, which a reaction without a hand deceives");
+  const SideCurves &m = a.master, &s = a.slave;
+  const double K_f = scene.control().k_f_per_kgm2() / (a.position_scale * a.force_scale);
+  const scene::Motor& motor = scene.master().motor();
+  Statistics all, late;
+  double calm_from_s = -std::numeric_limits<double>::infinity(), engaged_s = 0.0;
+  std::size_t j = 0;
+  for (std::size_t k = kSide; k + kSide < m.t_s.size(); ++k) {
+    for (; j < s.t_s.size() && s.t_s[j] <= m.t_s[k]; ++j) {
+      if (std::abs(s.F_nm[j]) <= kNothing_nm) continue;
+      const double T_p = std::isfinite(m.playout_delay_s[k]) ? m.playout_delay_s[k] : 0.0;
+      calm_from_s = s.t_s[j] + kCalm_s + 2 * T_p;
+    }
+    const bool at_stop = m.x_rad[k] < motor.stop_min_rad() + kStop_rad || m.x_rad[k] > motor.stop_max_rad() - kStop_rad;
+    if (at_stop) calm_from_s = std::max(calm_from_s, m.t_s[k] + kAfterStop_s);
+    if (j == 0 || m.state[k] != kEngaged || s.state[j - 1] != kEngaged) {
+      calm_from_s = std::max(calm_from_s, m.t_s[k] + kCalm_s);  // what was blended in is not the model's
+      continue;
+    }
+    engaged_s += m.dt_s[k];
+    const double span_s = m.t_s[k + kSide] - m.t_s[k - kSide];
+    if (m.t_s[k] < calm_from_s || span_s > kGap_s) continue;
+    const double phantom_nm = m.F_nm[k] - (m.v_rad_s[k + kSide] - m.v_rad_s[k - kSide]) / span_s / K_f;
+    all.add(phantom_nm);
+    if (engaged_s > kMinute_s) late.add(phantom_nm);
+  }
+  if (all.count == 0) return absent("the hand bore torque at every tick with both sides engaged");
+  out.set("phantom_peak_nm", all.peak());
+  if (late.count > 0) {
+    out.set("phantom_late_peak_nm", late.peak());
+  } else {
+    out.set_absent("phantom_late_peak_nm", "no such tick after the first minute");
+  }
+}
+
 void whole_run(const Session& session, const scene::Scene& scene, const AlignedSession& a, Metrics& out) {
   // Time: both sides engaged, and held without a request.
   double engaged_s = 0;
@@ -275,6 +318,7 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   least("energy_min_master_j", E_m);
   least("energy_min_slave_j", E_s);
   least("energy_min_both_j", both);
+  phantom(a, scene, out);
 
   // The laws' own accounts of energy, while engaged.
   const auto account = [&](std::string_view key, const std::vector<StationSample>& rows,

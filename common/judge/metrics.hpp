@@ -52,6 +52,10 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"tracking_run_peak_rad", "rad", "largest |x_s(t) - x_m(t - T_p)| of the whole run, engaged ticks"},
     {"drag_nms_per_rad", "N m s/rad",
      "sum(F_m v_m) / sum(v_m^2) over the free window: what moving freely costs the therapist"},
+    {"phantom_peak_nm", "N m",
+     "largest |F_m| over the whole run while the hand bore nothing: |F_s| below 0.02 N m for a second and the round "
+     "trip. Without the inertia 1/K_f that is felt in every motion, and not at a stop of the master's device"},
+    {"phantom_late_peak_nm", "N m", "the same after the first minute in which both sides were engaged"},
     {"force_error_rms_nm", "N m", "F_m(t) - F_s(t) at the same instant over the contact window, RMS"},
     {"force_error_peak_nm", "N m", "largest |F_m(t) - F_s(t)| in the contact window"},
     {"force_error_delayed_rms_nm", "N m",

@@ -106,6 +106,7 @@ std::string cards(const Metrics& metrics, const scene::Scene& scene) {
          w.has_degraded_tracking_rad() ? "limit " + three_digits(1e3 * w.degraded_tracking_rad()) + " mrad"
                                        : "no limit set",
          w.has_degraded_tracking_rad() && tracking > w.degraded_tracking_rad());
+  number("Phantom force, whole run", "phantom_peak_nm", 1, "N m", "ideal 0: nothing touches the hand");
   number("Drag, free motion", "drag_nms_per_rad", 1e3, "mN m s/rad", "ideal 0");
   number("Torque ratio F_m/F_s, contact", "force_ratio", 1, "", "ideal 1");
   number("Stiffness felt, contact", "k_seen_ratio", 100, "% of the hand's", "ideal 100 %");

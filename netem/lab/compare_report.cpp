@@ -28,6 +28,7 @@ constexpr Column kColumns[] = {
     {"k felt", "%", 100.0, "k_seen_ratio", ""},
     {"residual", "mrad", 1e3, "residual_p2p_rad", ""},
     {"tracking", "mrad", 1e3, "tracking_rms_rad", ""},
+    {"phantom", "N m", 1, "phantom_peak_nm", ""},
     {"drag", "mN m s/rad", 1e3, "drag_nms_per_rad", ""},
     {"F_m - F_s", "mN m", 1e3, "force_error_rms_nm", ""},
     {"of motion", "mN m", 1e3, "force_error_of_motion_rms_nm", ""},
