@@ -91,6 +91,8 @@ class ClockDrift {
         {"torque_max_master_nm", kTorqueOfACount},
         {"torque_max_slave_nm", kTorqueOfACount},
         {"force_error_peak_nm", kTorqueOfACount},
+        {"phantom_peak_nm", kTorqueOfACount},
+        {"phantom_late_peak_nm", kTorqueOfACount},
         {"force_error_rms_nm", kGrip * kCount},
         {"force_error_delayed_rms_nm", kGrip * kCount},
         {"force_error_of_motion_rms_nm", kGrip * kCount},

@@ -153,9 +153,9 @@ TEST(Load, SaysWhatIsOutOfRange) {
             "FILE:3:1: seed = 9007199254740993 is not allowed; give a whole number from 0 to 9007199254740992 (seeds "
             "every random choice of the run)");
   EXPECT_EQ(complaint(kBase + "operator_acts { at_s: 1 act: 0 }"),
-            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP, RESET, HOME, IDENTIFY");
+            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP, RESET, HOME, IDENTIFY, SWEEP");
   EXPECT_EQ(complaint(kBase + "operator_acts { at_s: 1 act: 17 }"),
-            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP, RESET, HOME, IDENTIFY");
+            "FILE:3:25: operator_acts[0].act must be one of ENGAGE, HOLD, STOP, RESET, HOME, IDENTIFY, SWEEP");
 }
 
 TEST(Load, CollectsEveryMistake) {

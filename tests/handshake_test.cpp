@@ -105,7 +105,7 @@ TEST(Handshake, TheWrongKeyNeverGetsASession) {
 
 TEST(Handshake, APeerThatDoesNotFitIsRefusedOnBothSidesByASentence) {
   Greeting version = patient(), role = patient(), joints = patient(), units = patient(), configuration = patient();
-  version.version = 2;
+  version.version = kProtocolVersion + 1;
   role.role = Role::kLeader;
   joints.joints = 2;
   units.units = "deg, deg/s, N m, ns";

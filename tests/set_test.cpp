@@ -54,7 +54,7 @@ TEST(Set, SaysWhichArgumentIsWrong) {
       "--set operator_acts[x].at_s=1: 'operator_acts[x]' is not a field; an element of a list is written name[0]");
   EXPECT_EQ(complaint(kBase, {"operator_acts[0].at_s=1"}),
             "--set operator_acts[0].at_s=1: operator_acts[0].act is missing and has no default; give one of ENGAGE, "
-            "HOLD, STOP, RESET, HOME, IDENTIFY (what is asked for)");
+            "HOLD, STOP, RESET, HOME, IDENTIFY, SWEEP (what is asked for)");
   EXPECT_EQ(complaint(kBase, {"slave.hand={stif: 3}"}),
             "--set slave.hand={stif: 3}: there is no field 'stif' in Hand, did you mean 'stiffness_nm_per_rad'?");
   EXPECT_EQ(complaint(kBase, {"slave.hand={from_s: 3}", "slave.hand.until_s=2"}),

@@ -48,6 +48,11 @@ namespace farhand {
 // Which part of the model may be learnt from the motion of the peer.
 enum class Learns { kNothing, kWhere, kAll };  // while nothing newer is shown; just after a gap in time; else
 
+// Friction in the reaction of the slave's device, N m: the most that it may hold, and what was seen of it.
+struct FrictionIn {
+  double most = 0.0, seen = 0.0;
+};
+
 // The contact that resists rising angles. Contact with falling angles is the mirror image.
 class ContactModel {
  public:
@@ -60,18 +65,16 @@ class ContactModel {
         critical_(2 * kDamping / std::sqrt(K_f)) {}
 
   // x, f: the slave's angle and reaction as played out; x_p: where its model is now. hand: the reaction without the
-  // friction of the slave's device, as far as this is known. friction: the most that f may hold of it, N m.
-  void learn(double x, double f, double x_p, Learns learns = Learns::kAll) noexcept {
-    learn(x, f, f, 0.0, x_p, learns);
-  }
-  void learn(double x, double f, double hand, double friction, double x_p, Learns learns) noexcept {
+  // friction of the slave's device, as far as this is known. friction: what f holds of it.
+  void learn(double x, double f, double x_p, Learns learns = Learns::kAll) noexcept { learn(x, f, f, {}, x_p, learns); }
+  void learn(double x, double f, double hand, const FrictionIn& friction, double x_p, Learns learns) noexcept {
     if (!std::exchange(begun_, true)) x_ = x, f_ = hand, whole_ = f;
     x_ += learn_ * (x - x_);
     f_ += learn_ * (hand - f_);
     whole_ += learn_ * (f - whole_);
     if (learns == Learns::kNothing) return;
     const bool before = pressed_;
-    pressed_ = whole_ > (pressed_ ? kRelease : kTouch) + kAbove * friction;
+    pressed_ = whole_ > (pressed_ ? kRelease : kTouch) + kAbove * friction.most;
     if (pressed_ && !before) begin(x_p);
     if (pressed_ && learns == Learns::kAll) identify();
     if (!known_) return;
@@ -79,7 +82,7 @@ class ContactModel {
     if (x_p > x_0_) x_0_ = x_p - (x_p - x_0_) * k_before / k_;  // the present torque does not change
     if (pressed_ || k_ * (x_ - x_0_) > kRelease) {
       const double measured = x_ - std::max(0.0, f_) / k_;
-      const double band = std::min(kMostBand, kBand * friction) / k_, off = measured - x_0_;
+      const double band = std::min(kMostBand, kBand * friction.seen) / k_, off = measured - x_0_;
       x_0_ += std::clamp(settle_ * (off - std::clamp(off, -band, band)), -step_, step_);
     }
   }
@@ -100,7 +103,8 @@ class ContactModel {
   // Times the friction: a reaction below this is no contact. A hand that pushes back with the friction and kTouch is
   // felt for sure, because a device that moves into it adds its friction to the reaction.
   static constexpr double kAbove = 1.2;
-  // x_0 rests while the model's torque is wrong by less than kBand times the friction, at most kMostBand, N m.
+  // x_0 rests while the model's torque is wrong by less than kBand times the friction, at most kMostBand, N m. Else it
+  // would hunt: the slave sticks until the torque has passed the friction, slips, and sticks too far.
   static constexpr double kBand = 0.6, kMostBand = 0.04;
   static constexpr double kFirst = 3.0;                      // N m/rad, before anything was learnt
   static constexpr double kSoftest = 0.2, kStiffest = 30.0;  // N m/rad
@@ -183,10 +187,11 @@ class Mediator {
       ContactModel &up = rising_[static_cast<std::size_t>(j)], &down = falling_[static_cast<std::size_t>(j)];
       Device& device = devices_[static_cast<std::size_t>(j)];
       device.told = {std::isnan(told.F_c) ? told.F_c : std::min(told.F_c, kMostTold), told.measured};
-      const double f = received.f[j], x = received.x[j], most = device.most();
+      const double f = received.f[j], x = received.x[j];
+      const FrictionIn in{device.most(), device.F_c()};
       const double hand = f - unloaded(j) * friction(device, x, f, local.x[j], calm);
-      up.learn(x, f, hand, most, slave_.x[j], learns);
-      down.learn(-x, -f, -hand, most, -slave_.x[j], learns);
+      up.learn(x, f, hand, in, slave_.x[j], learns);
+      down.learn(-x, -f, -hand, in, -slave_.x[j], learns);
       const double v_fast = slave_.v[j] - v_slow_.value()[j];
       slave_.f[j] = up.force(slave_.x[j], v_fast) - down.force(-slave_.x[j], -v_fast);
     }

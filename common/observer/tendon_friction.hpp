@@ -90,7 +90,7 @@ class TendonFriction {
   static constexpr double kRest = 0.05;     // largest unexplained share of the square of f
   static constexpr double kNoise = 0.03;    // N m, of f
   static constexpr double kBothWays = 0.5;  // bound on |mean z|: in one direction a pressed spring looks like friction
-  static constexpr double kLeast = 0.006;   // N m: the observers leave less of a freely moving axis
+  static constexpr double kLeast = 0.015;   // N m: observers, and a soft hand with some damping, leave less
   static constexpr std::array<double, 6> kLengths{2.5e-3, 4e-3, 7e-3, 12e-3, 21e-3, 36e-3};  // rad
   struct Turn {
     Hysteresis z;
