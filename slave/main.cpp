@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string_view>
 
-#include "common/runtime/friction_file.hpp"
+#include "common/runtime/friction_keeper.hpp"
 #include "common/runtime/link_options.hpp"
 #include "common/runtime/operator_notices.hpp"
 #include "common/runtime/operator_words.hpp"
@@ -38,44 +38,26 @@ std::int64_t utc_now_s() {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-// From the file, for this session.
-void know_friction(Side& side, const std::string& file, std::int64_t utc_s) {
-  if (file.empty()) return;
-  const std::optional<SweptFriction> last = load_friction(file);
-  side.know(friction_for(last, utc_s));
-  std::fprintf(stderr, "farhand-slave: %s\n", friction_sentence(last, utc_s).c_str());
-}
-
-// The result of a sweep in this session. Its date is that of the start: a result is never taken for newer than
-// it is.
-void keep_friction(const Side& side, const std::string& file, std::int64_t utc_s) {
-  const LoopFriction& swept = side.trace().swept;
-  const KnownFriction& friction = side.trace().friction;
-  if (file.empty() || swept.values == 0 || !friction.known || friction.threshold != swept.F_c) return;
-  const SweptFriction result{utc_s, swept.F_c, swept.spread};
-  add_friction(file, result);
-  std::fprintf(stderr, "farhand-slave: %s\n", friction_sentence(result, utc_s).c_str());
-}
-
 int run(const Options& options) {
   const LoadedScene loaded = options.scene.load();
   StopInput stop_input(options.stop_input);
+  FrictionKeeper friction(options.friction, utc_now_s());
   const std::unique_ptr<Side> side = make_side(loaded, options.serial);
-  const std::int64_t utc_s = utc_now_s();
-  know_friction(*side, options.friction, utc_s);
+  side->know(friction.known());
+  std::fprintf(stderr, "farhand-slave: %s\n", friction.sentence().c_str());
   const std::unique_ptr<PeerLink> link = open_link(options.link, options.peer, Role::kFollower, loaded.scene);
   const StopSignals stop;
   SuspendSignal suspend;
   OperatorInput operator_input;
   const OperatorNotices notices("farhand-slave", operator_input);
   const int code = run_station({loaded, *side, Role::kFollower, *link, operator_input, stop, suspend, options.record,
-                                options.quiet, &stop_input});
-  keep_friction(*side, options.friction, utc_s);
+                                options.quiet, &stop_input, &friction});
   if (stop_input.broken()) {
     std::fprintf(stderr, "farhand-slave: the patient's stop input '%s' has ended, and that stopped the hand\n",
                  options.stop_input.c_str());
   }
-  return code;
+  const bool kept = friction.finish();
+  return code == kExitOk && !kept ? kExitFailed : code;
 }
 
 int main(int argc, char** argv) {
@@ -94,7 +76,7 @@ int main(int argc, char** argv) {
   command.text(
       "--friction", options.friction,
       "the patient's file with the friction of the device: read at the start, and a sweep (`friction`) adds its "
-      "result at the end");
+      "result as soon as it is over");
   command.output("--record", options.record, "recording of this side (MCAP)");
   command.flag("--quiet", options.quiet, "no live status");
   command.epilogue(kKeysInShort);

@@ -157,4 +157,13 @@ std::string friction_sentence(const std::optional<SweptFriction>& last, std::int
   return text;
 }
 
+std::string no_friction_file_sentence() {
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "without --friction FILE nothing is known of the friction of this device: %.1f N m is taken as "
+                "threshold of a contact, because tendons in good order have less",
+                KnownFriction{}.threshold);
+  return text;
+}
+
 }  // namespace farhand

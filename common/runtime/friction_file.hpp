@@ -31,5 +31,7 @@ void add_friction(const std::filesystem::path& file, const SweptFriction& swept)
 KnownFriction friction_for(const std::optional<SweptFriction>& last, std::int64_t now_utc_s);
 // What friction_for() has decided, and why.
 std::string friction_sentence(const std::optional<SweptFriction>& last, std::int64_t now_utc_s);
+// The same where the user has named no file.
+std::string no_friction_file_sentence();
 
 }  // namespace farhand

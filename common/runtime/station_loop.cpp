@@ -185,6 +185,7 @@ int run_station(const StationSession& session) {
     if (recorder) recording.emplace(*recorder);
     std::vector<TickWatcher*> watchers{&status};
     if (recording) watchers.push_back(&*recording);
+    if (session.friction != nullptr) watchers.push_back(session.friction);
     StationLoop loop(session.side, scene.duration_s(), {.link = &session.link, .acts = acts, .watchers = watchers});
     LoopParams params = loop_params(scene, from_seconds(scene.tick_s()), session.stop);
     params.suspend = &session.suspend;

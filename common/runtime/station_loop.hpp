@@ -52,6 +52,7 @@ struct StationSession {
   std::string record;  // file, or empty
   bool quiet;
   StopInput* stop_input = nullptr;
+  TickWatcher* friction = nullptr;  // the box's
 };
 
 // Runs it to its end and prints the result; returns the exit code.

@@ -59,6 +59,7 @@ std::vector<std::string> SessionProcesses::command(Program program) const {
     add(options_.key.empty() ? std::vector<std::string>{"--insecure"}
                              : std::vector<std::string>{"--key", options_.key});
   }
+  if (program == Program::kSlave) add(options_.slave_arguments);
   for (const std::string& one : options_.sets) add({"--set", one});
   return all;
 }

@@ -25,10 +25,11 @@ std::vector<std::string> slave_environment(const std::vector<std::string>& more_
 
 struct SessionOptions {
   std::string scene;
-  std::vector<std::string> sets;                 // the same for all four
-  std::vector<std::string> preloads;             // further libraries under both stations
-  std::vector<std::string> station_environment;  // "NAME=value" for both stations
-  std::string key = {};                          // file of the pairing key; empty: --insecure
+  std::vector<std::string> sets;                  // the same for all four
+  std::vector<std::string> preloads;              // further libraries under both stations
+  std::vector<std::string> station_environment;   // "NAME=value" for both stations
+  std::string key = {};                           // file of the pairing key; empty: --insecure
+  std::vector<std::string> slave_arguments = {};  // further ones
 };
 
 class SessionProcesses {
