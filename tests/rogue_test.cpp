@@ -32,6 +32,49 @@ TEST(RogueGenome, IsOneLineThatComesBackAndRefusesWhatIsNone) {
   EXPECT_THROW(row_of("patient/NONE/direct " + text_of(random_genome(dice))), std::invalid_argument);
 }
 
+TEST(RogueGenome, OfAnOlderRowIsThePeerThatItWas) {
+  Dice dice(4);
+  Genome genome = random_genome(dice);
+  std::fill(genome.genes.end() - kLaterGenes, genome.genes.end(), std::uint16_t{4095});
+  const std::string text = text_of(genome);
+  EXPECT_TRUE(plan_of(genome_of(text), Against::kPatient).claims_gaps);
+  const Genome older = genome_of(text.substr(0, 2 * kFirstGenes));
+  EXPECT_FALSE(plan_of(older, Against::kPatient).claims_gaps);
+  EXPECT_TRUE(std::equal(older.genes.begin(), older.genes.end() - kLaterGenes, genome.genes.begin()));
+}
+
+// Who was thrown out says what a station must hear that goes on after a gap; who claims no gaps says nothing of them.
+TEST(RoguePeer, WhoClaimsGapsGoesOnWithAStationThatHoldsForOne) {
+  Dice dice(7);
+  for (const Against against : {Against::kPatient, Against::kTherapist}) {
+    Plan plan = plan_of(random_genome(dice), against);
+    plan.engages_again = true, plan.falls_silent = false;
+    Segment engaged{};
+    engaged.duration_s = 100, engaged.state = StationState::kEngaged;
+    plan.segments.fill(engaged);
+    for (const bool claims : {false, true}) {
+      plan.claims_gaps = claims;
+      Peer peer(plan, against, 1);
+      bool holds = false, over = false, engages = false;
+      for (int k = 0; k < 2000; ++k) {
+        Seen seen;
+        seen.t_s = k * 1e-3, seen.state = k < 1100 ? StationState::kReady : StationState::kEngaged;
+        if (k >= 1500) seen.state = StationState::kHolding, seen.packet.limits = kGapHeld;
+        for (const Packet<1>& packet : peer.tick(seen)) {
+          EXPECT_TRUE(claims || packet.limits == 0u);
+          if (k < 1550) continue;
+          holds = holds || packet.state == StationState::kHolding;
+          engages = engages || packet.state == StationState::kEngaged;
+          over = over || (packet.limits & kGapOver) != 0;
+        }
+      }
+      EXPECT_EQ(holds, claims);
+      EXPECT_EQ(over, claims);
+      EXPECT_EQ(engages, against == Against::kPatient) << "a box hears that its leader is engaged";
+    }
+  }
+}
+
 // A plan that read more genes than there are would throw; one that wished for what is no number would show here.
 TEST(RoguePeer, SaysNothingThatTheCodecWouldNotCarry) {
   Dice dice(2);
@@ -348,6 +391,15 @@ void expect_within_lines(const std::vector<Cell>& cells, const Budget& budget) {
 TEST(RogueRows, TheWorstThatWereEverFoundStayWithinEveryLine) {
   ASSERT_GE(rows().size(), 5u);
   for (const Row& row : rows()) {
+    const Outcome outcome = Arena(row.cell).run(row.genome);
+    EXPECT_LE(outcome.ratio(), 1.0) << text_of(row) << '\n' << text_of(outcome);
+  }
+}
+
+// Those who were thrown out come back as after a gap of the network.
+TEST(RogueRows, TheSameWhoClaimGapsStayWithinThemToo) {
+  for (Row row : rows()) {
+    std::fill(row.genome.genes.end() - kLaterGenes, row.genome.genes.end(), std::uint16_t{4095});
     const Outcome outcome = Arena(row.cell).run(row.genome);
     EXPECT_LE(outcome.ratio(), 1.0) << text_of(row) << '\n' << text_of(outcome);
   }

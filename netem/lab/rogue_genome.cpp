@@ -20,12 +20,12 @@ std::string text_of(const Genome& genome) {
 }
 
 Genome genome_of(std::string_view text) {
-  if (text.size() != 2 * kGenes) {
-    throw std::invalid_argument("a genome has " + std::to_string(2 * kGenes) + " characters, this one has " +
-                                std::to_string(text.size()));
+  if (text.size() != 2 * kGenes && text.size() != 2 * kFirstGenes) {
+    throw std::invalid_argument("a genome has " + std::to_string(2 * kGenes) + " characters (an older one " +
+                                std::to_string(2 * kFirstGenes) + "), this one has " + std::to_string(text.size()));
   }
   Genome genome;
-  for (std::size_t k = 0; k < kGenes; ++k) {
+  for (std::size_t k = 0; 2 * k < text.size(); ++k) {
     std::size_t value = 0;
     for (const char c : text.substr(2 * k, 2)) {
       const std::size_t digit = kDigits.find(c);

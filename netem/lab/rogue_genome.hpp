@@ -19,7 +19,10 @@ namespace farhand::rogue {
 inline constexpr std::size_t kSegments = 4;       // actions of the peer, one after the other
 inline constexpr std::size_t kSessionGenes = 56;  // the world, and the session as a whole
 inline constexpr std::size_t kSegmentGenes = 36;  // of one segment
-inline constexpr std::size_t kGenes = kSessionGenes + kSegments * kSegmentGenes;
+inline constexpr std::size_t kFirstGenes = kSessionGenes + kSegments * kSegmentGenes;
+// Of the session, added since. In an older row, which ends before them, they are 0: the same peer as it was then.
+inline constexpr std::size_t kLaterGenes = 1;
+inline constexpr std::size_t kGenes = kFirstGenes + kLaterGenes;
 inline constexpr std::uint16_t kGeneValues = 4096;
 
 struct Genome {
@@ -28,7 +31,7 @@ struct Genome {
 };
 
 std::string text_of(const Genome& genome);
-// Throws std::invalid_argument with the mistake in the text.
+// The text may end after the first genes. Throws std::invalid_argument with the mistake in the text.
 Genome genome_of(std::string_view text);
 
 using Dice = std::mt19937_64;

@@ -110,14 +110,17 @@ Motion<1> Peer::honest() const {
 // What a peer must say so that the other side engages: the leader says Ready, then Engaged; a box says Ready until the
 // therapist's station is engaged.
 StationState Peer::wanted_state() {
-  if (against_ == Against::kTherapist)
-    return seen_.state == StationState::kEngaged ? StationState::kEngaged : StationState::kReady;
+  const StationState apart = after_gap() ? StationState::kHolding : StationState::kReady;
+  if (against_ == Against::kTherapist) return seen_.state == StationState::kEngaged ? StationState::kEngaged : apart;
   const bool settled = seen_.t_s >= kSettled;
   if (!settled) return StationState::kReady;
   if (!plan_.engages_again || disengaged_from_s_ < 0) return StationState::kEngaged;
   const double since = seen_.t_s - disengaged_from_s_;  // an edge every 60 ms
-  return std::fmod(since, 0.06) < 0.03 ? StationState::kReady : StationState::kEngaged;
+  return std::fmod(since, 0.06) < 0.03 ? apart : StationState::kEngaged;
 }
+
+// The other side would go on after a gap of the network: so would the peer, whatever it was that made the gap.
+bool Peer::after_gap() const { return plan_.claims_gaps && (seen_.packet.limits & kGapHeld) != 0; }
 
 void Peer::post(Packet<1> packet) {
   packet.motion.x[0] = finite(packet.motion.x[0]);
@@ -157,6 +160,7 @@ const std::vector<Packet<1>>& Peer::tick(const Seen& seen) {
   packet.state = wanted_state();
   packet.motion = honest();
   packet.expiry_ms = 2000;
+  if (plan_.claims_gaps) packet.limits = after_gap() ? kGapHeld | kGapOver : kGapHeld;
   energy_ += 2.0 * kTick;
   if (speaks_freely) {
     packet.motion.x[0] = say(s.x, seen.x, segment_start_.x, 0.349);

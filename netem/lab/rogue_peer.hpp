@@ -37,6 +37,7 @@ class Peer {
   double shape_of(const Channel& channel);
   double say(const Channel& channel, double now, double at_start, double legal);
   StationState wanted_state();
+  bool after_gap() const;
   Motion<1> honest() const;
   void post(Packet<1> packet);
 

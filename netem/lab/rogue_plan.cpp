@@ -149,6 +149,8 @@ Plan plan_of(const Genome& genome, Against against) {
     p.last.f = std::clamp(p.last.f, -kLegalF, kLegalF);
   }
   p.lies = lies(read);
+  GeneReader later(genes.last(kLaterGenes));
+  p.claims_gaps = !later.chance(0.6);  // a gene of 0 claims none
   for (std::size_t k = 0; k < kSegments; ++k) {
     p.segments[k] = segment(GeneReader(genes.subspan(kSessionGenes + k * kSegmentGenes, kSegmentGenes)));
   }

@@ -94,8 +94,9 @@ struct Plan {
   double network_s;
   int attack_from;  // 0: engaged, 1: as soon as it wants to engage, 2: at once
   bool engages_again;
-  bool repeats;     // the segments begin anew after the last one
-  double attack_s;  // from the first engagement to the last packet
+  bool claims_gaps;  // whoever holds, or has it hold, does so for a gap of the network, and now that is over
+  bool repeats;      // the segments begin anew after the last one
+  double attack_s;   // from the first engagement to the last packet
   bool falls_silent;
   LastWord last;
   Lies lies;
