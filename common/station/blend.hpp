@@ -27,9 +27,13 @@ class Blend {
     begin(last, source, std::min(blend_s_, kNear) + (last.x - source.x).abs().maxCoeff() / speed_);
   }
   // Engages after such a gap, with hands up to 5 degrees apart and forces that nobody awaits: longer than otherwise, so
-  // that within 0.1 s a share of 5 % at most is added.
+  // that within 0.1 s a share of 5 % at most is added. The last motion stays where it was and fades out, and the source
+  // counts by its share only: an observer in it moves off at once where a person has pushed against the spring of
+  // Holding, and the device would follow at 1 rad/s.
   void begin_gently(const Motion<N>& last, const Motion<N>& source) noexcept {
     begin(last, source, kGently * blend_s_ + (last.x - source.x).abs().maxCoeff() / speed_);
+    last_ = last;
+    stays_ = true;
   }
   // Changes to a source that rests where the axis is. The difference to the old motion, and with it the torque that
   // pressed, fades out within kRest, however large it was.
@@ -40,6 +44,7 @@ class Blend {
   // dt_s: time since the last step or begin.
   Motion<N> step(const Motion<N>& source, double dt_s) noexcept {
     elapsed_s_ = std::min(elapsed_s_ + dt_s, length_s_);
+    if (stays_) residual_ = {last_.x - source.x, last_.v - source.v, last_.f - source.f};
     const double s = length_s_ > 0.0 ? elapsed_s_ / length_s_ : 1.0;
     const double left = 1.0 - s * s * (3.0 - 2.0 * s);
     const double slope = length_s_ > 0.0 ? -6.0 * s * (1.0 - s) / length_s_ : 0.0;
@@ -56,12 +61,14 @@ class Blend {
 
   void begin(const Motion<N>& last, const Motion<N>& source, double length_s) noexcept {
     residual_ = {last.x - source.x, last.v - source.v, last.f - source.f};
+    stays_ = false;
     length_s_ = length_s;
     elapsed_s_ = 0.0;
   }
 
   double blend_s_, speed_;
-  Motion<N> residual_;
+  Motion<N> residual_, last_;
+  bool stays_ = false;  // last_ does, and not its difference to the source
   double length_s_ = 0.0, elapsed_s_ = 0.0;
 };
 
