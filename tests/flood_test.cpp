@@ -55,7 +55,7 @@ struct Flooded {
   LiveStatusPrinter status{true};
   OperatorsWords words{nobody};
   ScenesPeople people{loaded.scene, Role::kLeader};
-  StatusWatcher line{status, Role::kLeader};
+  StatusWatcher line{status, Role::kLeader, {}};
   std::array<ActSource*, 2> acts{&words, &people};
   std::array<TickWatcher*, 1> watchers{&line};
   FloodedLink link;

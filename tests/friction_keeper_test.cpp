@@ -55,6 +55,8 @@ TEST(FrictionKeeper, ASweepIsInTheFileWhileTheSessionGoesOnAndARefusedOneLosesNo
   const auto file = scratch / "friction";
   FrictionKeeper keeper(file, kStart);
   EXPECT_EQ(keeper.known().threshold, 0.1);
+  EXPECT_EQ(keeper.in_force().threshold_nm, 0.1);
+  EXPECT_FALSE(keeper.in_force().measured);
   SweptBox box(keeper);
   ASSERT_EQ(box.sweep(), StationState::kReady);
   for (int k = 0; k < 600 && !std::filesystem::exists(file); ++k)
@@ -68,6 +70,10 @@ TEST(FrictionKeeper, ASweepIsInTheFileWhileTheSessionGoesOnAndARefusedOneLosesNo
   box.tick(OperatorAct::kSweep);
   ASSERT_EQ(box.tick(OperatorAct::kHold), StationState::kFault);
   EXPECT_TRUE(keeper.finish());
+  EXPECT_TRUE(keeper.in_force().measured);
+  EXPECT_NEAR(keeper.in_force().F_c_nm, result->F_c, 1e-4);
+  EXPECT_EQ(keeper.in_force().threshold_nm, keeper.in_force().F_c_nm);
+  EXPECT_EQ(keeper.in_force().swept_utc_s, result->utc_s);
   EXPECT_EQ(text_in(file), text);
 }
 

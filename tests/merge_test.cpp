@@ -34,6 +34,7 @@ record::RunInfo info_of(const std::string& role, Nanoseconds start, const std::s
 struct TwoHosts {
   Nanoseconds theta = 0, floor_forward = 80 * kMillisecond, floor_return = 80 * kMillisecond;
   std::string master_clock = "m", slave_clock = "s";
+  bool has_friction = false;  // of the box
 
   void record(const std::filesystem::path& directory) const {
     std::mt19937_64 random(5);
@@ -63,9 +64,35 @@ struct TwoHosts {
     counters.sent = 1;
     master.finish(counters);
     counters.sent = 2;
+    if (has_friction)
+      slave.friction(
+          {.threshold_nm = 0.05, .measured = true, .F_c_nm = 0.05, .spread_nm = 0.002, .swept_utc_s = 1796117400});
     slave.finish(counters);
   }
 };
+
+TEST(Merge, KnowsTheFrictionThatWasInForceAtTheBox) {
+  for (const bool has_friction : {true, false}) {
+    ScratchDirectory scratch;
+    TwoHosts hosts;
+    hosts.has_friction = has_friction;
+    hosts.record(scratch.path());
+    const Session merged = merge_recordings(scratch.path());
+    const Session session = read_session_mcap(write_session_mcap(merged, scratch / "session.mcap"));
+    for (const DeviceFriction& friction : {merged.friction, session.friction}) {
+      if (has_friction) {
+        EXPECT_EQ(friction.threshold_nm, 0.05);
+        EXPECT_EQ(friction.F_c_nm, 0.05);
+        EXPECT_EQ(friction.spread_nm, 0.002);
+        EXPECT_EQ(friction.swept_utc_s, 1796117400);
+        EXPECT_TRUE(friction.measured);
+      } else {
+        EXPECT_TRUE(std::isnan(friction.threshold_nm)) << "as in recordings from before";
+        EXPECT_TRUE(std::isnan(friction.F_c_nm));
+      }
+    }
+  }
+}
 
 TEST(Merge, AlignsTheClocksOfTwoHostsWithinItsBound) {
   for (const Nanoseconds theta : {Nanoseconds{0}, 17 * kMillisecond, -999'999 * kSecond, 1'000'000 * kSecond}) {

@@ -57,6 +57,24 @@ TEST(Verdict, LeavingEngagementInContactFailsAPatientWhoMoves) {
   EXPECT_NE(why.find("Contact was not stable: a side left engagement in it."), std::string::npos) << why;
 }
 
+TEST(Verdict, TendonsThatRunHarderThanAtTheFittingDegrade) {
+  const auto judged = [](double identified, double F_c, bool measured, std::string* why) {
+    Session session = good_session();
+    session.master_signals = {"friction_nm"};
+    session.friction = {.threshold_nm = F_c, .measured = measured, .F_c_nm = F_c, .spread_nm = 0.001};
+    for (StationSample& row : session.master) row.law[0] = row.t_s > 5 && row.t_s < 6 ? identified : 0.0;
+    return verdict(session, windows(), why);
+  };
+  std::string why;
+  EXPECT_EQ(judged(0.09, 0.03, true, &why), "degraded");
+  EXPECT_NE(why.find("The tendons run harder than at the fitting: friction of 0.0900 N m, and 0.0300 N m without the "
+                     "hand."),
+            std::string::npos)
+      << why;
+  EXPECT_EQ(judged(0.07, 0.03, true, &why), "ok") << why;
+  EXPECT_EQ(judged(0.3, 0.03, false, &why), "ok") << "there is nothing to compare with: " << why;
+}
+
 TEST(Verdict, LimitsOfTheSceneDegrade) {
   std::string why;
   Session session = session_of(still(0.225, -0.3, -0.3), still(0.2, 0.3, 0.3));

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/judge/alignment.hpp"
+#include "common/judge/friction_source.hpp"
 #include "common/judge/verdict.hpp"
 #include "common/link/packet.hpp"
 
@@ -350,6 +351,24 @@ void whole_run(const Session& session, const scene::Scene& scene, const AlignedS
   last("f_2_identified_nm", "f_2_nm", a.force_scale, "the thresholds of SDCV are not the patient's");
 }
 
+// Of the patient's device, as the box took it.
+void friction(const DeviceFriction& box, Metrics& out) {
+  if (std::isnan(box.threshold_nm)) {
+    for (const auto* key : {"friction_threshold_nm", "friction_measured_nm", "friction_spread_nm", "friction_source"})
+      out.set_absent(key, "the box did not record it");
+    return;
+  }
+  out.set("friction_threshold_nm", box.threshold_nm);
+  out.set("friction_source", friction_source(box));
+  for (const auto& [key, value] :
+       {std::pair{"friction_measured_nm", box.F_c_nm}, std::pair{"friction_spread_nm", box.spread_nm}}) {
+    if (std::isfinite(value))
+      out.set(key, value);
+    else
+      out.set_absent(key, "it was never measured without a hand");
+  }
+}
+
 void set_share(Metrics& out, std::string_view key, double part, double whole, const std::string& because) {
   if (whole > 0)
     out.set(key, part / whole);
@@ -460,6 +479,7 @@ Metrics compute_metrics(const Session& session, const scene::Scene& scene) {
   whole_run(session, scene, aligned, out);
   free_motion(aligned, scene, out);
   contact(aligned, scene, out);
+  friction(session.friction, out);
   network(session, aligned, out);
   wall_clock(session, out);
 

@@ -82,6 +82,11 @@ inline constexpr auto kMetrics = std::to_array<MetricInfo>({
     {"friction_identified_nm", "N m",
      "friction of the slave's device, as the mediator identified it last from unloaded motion; 0: too little of it",
      true, "friction_named_nm"},
+    {"friction_threshold_nm", "N m",
+     "what the box took for the friction of its device at the end: a reaction below it may come without a hand"},
+    {"friction_measured_nm", "N m", "friction F_c of the slave's device, by the last sweep without a hand"},
+    {"friction_spread_nm", "N m", "how far that scattered over the angle"},
+    {"friction_source", "", "what the threshold rests on: a sweep and its date, or an assumption"},
     {"f_2_identified_nm", "N m",
      "f_2 of SDCV, in the slave's size, as it was identified last from the patient (0.3 k x_max); 0: nothing to "
      "identify it by",

@@ -8,6 +8,7 @@
 #include "common/judge/alignment.hpp"
 #include "common/judge/digits.hpp"
 #include "common/link/packet.hpp"
+#include "common/record/harder_tendons.hpp"
 
 namespace farhand {
 namespace {
@@ -113,6 +114,20 @@ void judge_side(std::string_view who, const std::vector<StationSample>& side, co
   }
 }
 
+// Empty if they do not, or if nothing was measured without the hand.
+std::string harder_tendons(const Session& session, const scene::Scene& scene) {
+  if (!session.friction.measured || !std::isfinite(session.friction.F_c_nm)) return {};
+  const double scale = scene.control().has_force_scale() ? scene.control().force_scale() : 1.0;
+  double most = 0;
+  for (const StationSample& row : session.master) {
+    if (row.state == kEngaged)
+      most = std::fmax(most, law_signal(row, session.master_signals, HarderTendons::kSignal) / scale);
+  }
+  if (!(most > session.friction.F_c_nm + HarderTendons::kHarder)) return {};
+  return "The tendons run harder than at the fitting: friction of " + three_digits(most) + " N m, and " +
+         three_digits(session.friction.F_c_nm) + " N m without the hand.";
+}
+
 }  // namespace
 
 std::string_view name_of(Verdict verdict) {
@@ -181,6 +196,7 @@ Judgement judge(const Session& session, const scene::Scene& scene, const Metrics
   above("late", windows.has_degraded_late(), windows.degraded_late(), 100,
         "Packets that came too late for their play-out:", " %");
   above("overruns", true, kOverrunLimit, 100, "Ticks that took longer than their period:", " %");
+  if (const std::string harder = harder_tendons(session, scene); !harder.empty()) degraded.push_back(harder);
   if (metrics.number("held_s") > 0) {
     degraded.push_back("A side held for " + three_digits(metrics.number("held_s")) +
                        " s without its operator's asking; the events say why.");

@@ -184,6 +184,7 @@ Session merge_recordings(const std::filesystem::path& directory) {
     place(slave->slave, shift, session.slave);
     add_events(*slave, shift);
     session.slave_counters = counters(*slave);
+    session.friction = friction_of(slave->info);
   }
   if (netem) {  // netem stands beside the master: a third clock is not aligned
     place(netem->link, 0, session.link);

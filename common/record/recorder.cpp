@@ -48,11 +48,12 @@ void Recorder::drain() {
   flushed_.store(recording_.written(), std::memory_order_relaxed);
 }
 
-RecordingOutcome Recorder::finish(const StationCounters& counters) noexcept {
+RecordingOutcome Recorder::finish(const StationCounters& counters, const DeviceFriction& friction) noexcept {
   if (writer_.joinable()) {
     writer_.request_stop();
     writer_.join();
   }
+  recording_.friction(friction);
   return recording_.finish(counters, overflow());
 }
 

@@ -29,8 +29,9 @@ class Recorder {
   }
   void note(Nanoseconds t, std::string_view sentence) noexcept { push(t, Note(sentence)); }
 
-  // After the loop: stops the thread, writes what is left and the counters, completes the file.
-  RecordingOutcome finish(const StationCounters& counters) noexcept;
+  // After the loop: stops the thread, writes what is left, the counters and the friction in force (the box only),
+  // completes the file.
+  RecordingOutcome finish(const StationCounters& counters, const DeviceFriction& friction = {}) noexcept;
 
   const NewFile& file() const { return recording_.file(); }
 

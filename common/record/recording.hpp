@@ -50,6 +50,9 @@ class Recording {
   void write(Nanoseconds t, const Sample& sample);
   void flush();
 
+  // For the counters at the end; absent: what the start said stays.
+  void friction(const DeviceFriction& now) { encode(now, info_); }
+
   // Writes the counters and completes the file. Never throws: a session does not fail because its recording did.
   RecordingOutcome finish(const StationCounters& counters, std::uint64_t overflow = 0) noexcept;
 

@@ -65,6 +65,30 @@ void encode(Nanoseconds t, const McuSample& sample, record::McuSample& message) 
 
 void encode(const StationCounters& counters, record::Counters& message) { write(kCounterColumns, counters, message); }
 
+void encode(const DeviceFriction& friction, record::RunInfo& info) {
+  if (std::isnan(friction.threshold_nm)) return;
+  record::DeviceFriction& message = *info.mutable_friction();
+  message.Clear();
+  message.set_threshold_nm(friction.threshold_nm);
+  message.set_measured(friction.measured);
+  if (std::isnan(friction.F_c_nm)) return;
+  message.set_f_c_nm(friction.F_c_nm);
+  message.set_spread_nm(friction.spread_nm);
+  message.set_swept_utc_s(friction.swept_utc_s);
+}
+
+DeviceFriction friction_of(const record::RunInfo& info) {
+  DeviceFriction friction;
+  if (!info.has_friction()) return friction;
+  const record::DeviceFriction& message = info.friction();
+  friction.threshold_nm = message.threshold_nm();
+  friction.measured = message.measured();
+  if (message.has_f_c_nm()) friction.F_c_nm = message.f_c_nm();
+  if (message.has_spread_nm()) friction.spread_nm = message.spread_nm();
+  friction.swept_utc_s = message.swept_utc_s();
+  return friction;
+}
+
 StationSample decode(const record::StationSample& message) {
   StationSample sample;
   sample.state = static_cast<int>(message.state());

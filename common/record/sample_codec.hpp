@@ -13,11 +13,13 @@ void encode(Nanoseconds t, const StationSample& sample, record::StationSample& m
 void encode(Nanoseconds t, const LinkSample& sample, record::LinkSample& message);
 void encode(Nanoseconds t, const McuSample& sample, record::McuSample& message);
 void encode(const StationCounters& counters, record::Counters& message);
+void encode(const DeviceFriction& friction, record::RunInfo& info);  // nothing if it is absent
 
 StationSample decode(const record::StationSample& message);
 LinkSample decode(const record::LinkSample& message);
 McuSample decode(const record::McuSample& message);
 StationCounters decode(const record::Counters& message);
+DeviceFriction friction_of(const record::RunInfo& info);
 
 // Names of the law's signals of a side. A recording that was made before they had names has kUnnamedSignals.
 std::vector<std::string> signals_of(const record::RunInfo& info, bool master);

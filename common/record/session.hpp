@@ -76,6 +76,14 @@ struct StationCounters {
   std::uint64_t cut_ticks = 0;  // ticks in which the intake cut a value of the peer, as TickTrace::cuts
 };
 
+// Friction of the patient's device, as the box took it.
+struct DeviceFriction {
+  double threshold_nm = kAbsent;                 // a reaction below it may come without a hand; absent: not recorded
+  bool measured = false;                         // by a sweep not older than a day; else the threshold is assumed
+  double F_c_nm = kAbsent, spread_nm = kAbsent;  // of the last sweep; absent: there was none
+  std::int64_t swept_utc_s = 0;                  // its time, since 1970; 0: within a run in virtual time
+};
+
 // Measurements by the wall clock, of the worse side; NaN if not measured.
 struct WallClock {
   double real_time_factor = std::numeric_limits<double>::quiet_NaN();
@@ -107,6 +115,7 @@ struct Session {
   std::vector<LinkSample> link;
   std::vector<SessionEvent> events;
   StationCounters master_counters, slave_counters;
+  DeviceFriction friction;  // at the end
   WallClock wall;
 };
 

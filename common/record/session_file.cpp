@@ -83,6 +83,7 @@ std::filesystem::path write_session_mcap(const Session& session, const std::file
   info.set_clock_offset_s(session.clock_offset_s);
   info.set_clock_offset_bound_s(session.clock_offset_bound_s);
   name_signals(session.master_signals, session.slave_signals, info);
+  encode(session.friction, info);
   for (const auto& [role, counters] :
        {std::pair{"master", &session.master_counters}, std::pair{"slave", &session.slave_counters}}) {
     record::Counters& message = *info.add_counters();
@@ -123,6 +124,7 @@ Session read_session_mcap(const std::filesystem::path& file) {
   session.clock_offset_bound_s = all.info.clock_offset_bound_s();
   session.master_signals = signals_of(all.info, true);
   session.slave_signals = signals_of(all.info, false);
+  session.friction = friction_of(all.info);
   for (const record::Counters& counters : all.info.counters()) {
     (counters.role() == "master" ? session.master_counters : session.slave_counters) = decode(counters);
   }

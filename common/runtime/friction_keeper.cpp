@@ -12,8 +12,11 @@ namespace farhand {
 
 FrictionKeeper::FrictionKeeper(const std::filesystem::path& file, std::int64_t utc_s)
     : file_(file), start_utc_s_(utc_s) {
+  if (!file_.empty()) last_ = load_friction(file_);
+  DeviceFriction start{.threshold_nm = known().threshold, .measured = known().known};
+  if (last_) start.F_c_nm = last_->F_c, start.spread_nm = last_->spread, start.swept_utc_s = last_->utc_s;
+  in_force_ = FrictionInForce(start);
   if (file_.empty()) return;
-  last_ = load_friction(file_);
   try {  // else a person would sweep for nothing
     require_output(file_);
   } catch (const std::runtime_error& error) {
@@ -30,11 +33,9 @@ std::string FrictionKeeper::sentence() const {
 
 void FrictionKeeper::ticked(const StationTick& tick) noexcept {
   const TickTrace<1>& trace = tick.side.trace();
-  const bool swept = state_ == StationState::kSweeping && trace.state != state_ && trace.reason == Reason::kSwept;
-  state_ = trace.state;
-  if (!swept || file_.empty()) return;
   // By the clock of the loop: a result is never taken for newer than it is.
   const std::int64_t utc_s = start_utc_s_ + static_cast<std::int64_t>(tick.t_s);
+  if (!in_force_.step(trace, utc_s) || file_.empty()) return;
   if (!results_.push({utc_s, trace.swept.F_c, trace.swept.spread})) lost_ = true;
 }
 

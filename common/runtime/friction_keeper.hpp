@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "common/exchange/spsc_ring.hpp"
+#include "common/record/friction_in_force.hpp"
 #include "common/runtime/friction_file.hpp"
 #include "common/runtime/station_ports.hpp"
 
@@ -29,6 +30,9 @@ class FrictionKeeper final : public TickWatcher {
 
   void ticked(const StationTick& tick) noexcept override;
 
+  // For the recording; not while the loop runs.
+  const DeviceFriction& in_force() const { return in_force_.now(); }
+
   // After the loop: writes what is left. False if a result could not be written, which was said on stderr.
   bool finish();
 
@@ -39,7 +43,7 @@ class FrictionKeeper final : public TickWatcher {
   std::filesystem::path file_;
   std::int64_t start_utc_s_;
   std::optional<SweptFriction> last_;
-  StationState state_ = StationState::kOff;
+  FrictionInForce in_force_;
   SpscRing<SweptFriction> results_{16};
   std::atomic<bool> lost_{false};
   std::jthread writer_;  // last member: starts after all others are made

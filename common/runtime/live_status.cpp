@@ -60,7 +60,8 @@ std::string format_live_status(const LiveStatus& s) {
   const std::string gap = s.waits ? "  may resume" : "";
   return text + gap + count_text("resumed", s.resumed) + line + count_text("dropped", s.dropped) +
          count_text("not sent", s.unsent) + count_text("cut", s.cut) + limits_text("therapist", s.therapist_limits) +
-         limits_text("patient", s.patient_limits);
+         limits_text("patient", s.patient_limits) +
+         (s.tendons_harder ? "  tendons run harder than at the fitting" : "");
 }
 
 LiveStatusPrinter::LiveStatusPrinter(bool quiet, int fd) : fd_(fd), terminal_(isatty(fd) != 0) {

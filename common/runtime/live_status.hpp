@@ -27,9 +27,10 @@ struct LiveStatus {
   bool line_slow = false;                                  // it was refused because it needs too much time
   std::uint32_t therapist_limits = 0, patient_limits = 0;  // LimitBit, those that are near too
   std::uint64_t dropped = 0, unsent = 0;                   // datagrams that were not accepted, and that were not sent
-  std::uint64_t cut = 0;      // ticks in which the peer asked for more than this side allows
-  bool waits = false;         // holds for a gap of the network, after which it may go on without an act
-  std::uint64_t resumed = 0;  // so often in the last minute
+  std::uint64_t cut = 0;        // ticks in which the peer asked for more than this side allows
+  bool waits = false;           // holds for a gap of the network, after which it may go on without an act
+  std::uint64_t resumed = 0;    // so often in the last minute
+  bool tendons_harder = false;  // than at the fitting
 };
 
 inline constexpr const char* kLineSlowSentence =

@@ -60,10 +60,13 @@ record::RunInfo run_info(const LoadedScene& scene, const std::string& role) {
   return info;
 }
 
-std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role) {
+std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role,
+                                         const DeviceFriction& friction) {
   if (file.empty()) return nullptr;
   if (file == "-") throw std::invalid_argument("--record -: a session is recorded to a file");
-  auto recorder = std::make_unique<Recorder>(file, run_info(scene, role));
+  record::RunInfo info = run_info(scene, role);
+  encode(friction, info);
+  auto recorder = std::make_unique<Recorder>(file, info);
   for (const std::filesystem::path& there : recorder->file().in_the_way()) {
     if (there.extension() == ".part")
       std::fprintf(stderr, "recording: %s is of a run that did not end; farhand-lab recording recover completes it\n",
@@ -74,9 +77,9 @@ std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedSc
   return recorder;
 }
 
-void finish_recorder(Recorder* recorder, const StationCounters& counters) {
+void finish_recorder(Recorder* recorder, const StationCounters& counters, const DeviceFriction& friction) {
   if (recorder == nullptr) return;
-  const RecordingOutcome outcome = recorder->finish(counters);
+  const RecordingOutcome outcome = recorder->finish(counters, friction);
   if (!outcome.problem.empty()) std::fprintf(stderr, "recording: %s\n", outcome.problem.c_str());
   if (outcome.overflow + outcome.unwritten > 0) {
     std::fprintf(stderr,

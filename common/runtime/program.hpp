@@ -31,9 +31,10 @@ void add_scene_argument(Command command, SceneChoice& choice);  // SCENE, --set,
 // The head of a recording that begins now.
 record::RunInfo run_info(const LoadedScene& scene, const std::string& role);
 // Null without a file name. If the name is taken, prints the new name on stderr.
-std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role);
+std::unique_ptr<Recorder> start_recorder(const std::string& file, const LoadedScene& scene, const std::string& role,
+                                         const DeviceFriction& friction = {});
 // Completes the recording and prints losses on stderr.
-void finish_recorder(Recorder* recorder, const StationCounters& counters);
+void finish_recorder(Recorder* recorder, const StationCounters& counters, const DeviceFriction& friction = {});
 
 // Draws a number that no earlier start of this station has used, so that the peer notices a restart. Never 0.
 std::uint32_t draw_session();

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/law/architectures.hpp"
 #include "common/record/sample.hpp"
 #include "common/runtime/act_sources.hpp"
 #include "common/runtime/program.hpp"
@@ -163,12 +164,24 @@ void print_cuts(const char* role, const StationCounters& c) {
               static_cast<unsigned long long>(c.cut_ticks));
 }
 
+// Of the patient's device, as the therapist's side sees them.
+HarderTendons tendons_of(const StationSession& session) {
+  if (session.role != Role::kLeader) return {};
+  const scene::Scene& scene = session.scene.scene;
+  const Architecture& laws = architecture(scene::Architecture_Name(scene.architecture()));
+  return {names_of(laws.master.signals), scene.control().force_scale()};
+}
+
+DeviceFriction friction_of(const StationSession& session) {
+  return session.friction != nullptr ? session.friction->in_force() : DeviceFriction{};
+}
+
 }  // namespace
 
 int run_station(const StationSession& session) {
   const char* role = session.role == Role::kLeader ? "master" : "slave";
   const scene::Scene& scene = session.scene.scene;
-  const std::unique_ptr<Recorder> recorder = start_recorder(session.record, session.scene, role);
+  const std::unique_ptr<Recorder> recorder = start_recorder(session.record, session.scene, role, friction_of(session));
   ScenesPeople people(scene, session.role);
   OperatorsWords words(session.operator_input);
   StopToSuspend suspend;
@@ -180,9 +193,9 @@ int run_station(const StationSession& session) {
   StationCounters counters;
   {
     LiveStatusPrinter printer(session.quiet);
-    StatusWatcher status(printer, session.role);
+    StatusWatcher status(printer, session.role, tendons_of(session));
     std::optional<RecordingWatcher> recording;
-    if (recorder) recording.emplace(*recorder);
+    if (recorder) recording.emplace(*recorder, tendons_of(session));
     std::vector<TickWatcher*> watchers{&status};
     if (recording) watchers.push_back(&*recording);
     if (session.friction != nullptr) watchers.push_back(session.friction);
@@ -192,7 +205,7 @@ int run_station(const StationSession& session) {
     stats = run(params, loop);
     counters = loop.counters(stats);
   }
-  finish_recorder(recorder.get(), counters);
+  finish_recorder(recorder.get(), counters, friction_of(session));
   print_loop(role, stats);
   if (const ChannelCounters* security = session.link.security()) print_security(role, *security);
   print_drops(role, counters);

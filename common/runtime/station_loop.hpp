@@ -8,6 +8,7 @@
 
 #include "common/config/load.hpp"
 #include "common/link/codec.hpp"
+#include "common/runtime/friction_keeper.hpp"
 #include "common/runtime/operator_input.hpp"
 #include "common/runtime/station_ports.hpp"
 #include "common/runtime/stop_input.hpp"
@@ -52,7 +53,7 @@ struct StationSession {
   std::string record;  // file, or empty
   bool quiet;
   StopInput* stop_input = nullptr;
-  TickWatcher* friction = nullptr;  // the box's
+  FrictionKeeper* friction = nullptr;  // the box's
 };
 
 // Runs it to its end and prints the result; returns the exit code.

@@ -11,6 +11,8 @@ void RecordingWatcher::ticked(const StationTick& tick) noexcept {
   recorder_.push(tick.time.deadline_ns, sample_of(side.trace(), side.receiver(), side.truth(), tick.t_s));
   journal_.step(tick.t_s, side.trace(), tick.asked.act, tick.asked.said, why_of(side),
                 [&](std::string_view sentence) { recorder_.note(tick.time.deadline_ns, sentence); });
+  const std::string_view harder = tendons_.step(side.trace(), side.receiver().newest());
+  if (!harder.empty()) recorder_.note(tick.time.deadline_ns, harder);
 }
 
 void StatusWatcher::ticked(const StationTick& tick) noexcept {
@@ -40,6 +42,8 @@ void StatusWatcher::ticked(const StationTick& tick) noexcept {
   s.line_lags = serial.warns;
   s.line_blind = serial.blind;
   s.line_slow = trace.reason == Reason::kLineSlow;
+  tendons_.step(trace, tick.side.receiver().newest());
+  s.tendons_harder = tendons_.harder();
   printer_.show(s);
 }
 

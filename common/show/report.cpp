@@ -107,6 +107,12 @@ std::string cards(const Metrics& metrics, const scene::Scene& scene) {
                                        : "no limit set",
          w.has_degraded_tracking_rad() && tracking > w.degraded_tracking_rad());
   number("Phantom force, whole run", "phantom_peak_nm", 1, "N m", "ideal 0: nothing touches the hand");
+  const double threshold = metrics.number("friction_threshold_nm"), F_c = metrics.number("friction_measured_nm");
+  if (std::isfinite(threshold)) {
+    const std::string spread = three_digits(metrics.number("friction_spread_nm"));
+    const std::string of = std::isfinite(F_c) ? "F_c " + three_digits(F_c) + " N m, spread " + spread + " N m; " : "";
+    out += card("Friction taken for the device", three_digits(threshold), "N m", of + metrics.text("friction_source"));
+  }
   number("Drag, free motion", "drag_nms_per_rad", 1e3, "mN m s/rad", "ideal 0");
   number("Torque ratio F_m/F_s, contact", "force_ratio", 1, "", "ideal 1");
   number("Stiffness felt, contact", "k_seen_ratio", 100, "% of the hand's", "ideal 100 %");

@@ -8,6 +8,8 @@
 #include "common/config/operator_timeline.hpp"
 #include "common/law/architectures.hpp"
 #include "common/link/codec.hpp"
+#include "common/record/friction_in_force.hpp"
+#include "common/record/harder_tendons.hpp"
 #include "common/record/sample.hpp"
 #include "common/station/journal.hpp"
 #include "netem/lab/emulated_slave.hpp"
@@ -170,6 +172,7 @@ class Keeper final : public Witness {
     const Architecture& laws = architecture(scene::Architecture_Name(loaded.scene.architecture()));
     session.master_signals = names_of(laws.master.signals);
     session.slave_signals = names_of(laws.slave.signals);
+    tendons_ = HarderTendons(session.master_signals, loaded.scene.control().force_scale());
     session.master.reserve(rows);
     session.slave.reserve(rows);
     session.link.reserve(2 * rows);
@@ -182,6 +185,13 @@ class Keeper final : public Witness {
         .step(t_s, side.trace(), act, nullptr, why_of(side), [&](std::string_view sentence) {
           session.events.push_back({t_s, who, std::string(sentence)});
         });
+    if (master) {
+      const std::string_view harder = tendons_.step(side.trace(), side.receiver().newest());
+      if (!harder.empty()) session.events.push_back({t_s, who, std::string(harder)});
+    } else {
+      friction_.step(side.trace(), 0);
+      session.friction = friction_.now();
+    }
     rows.push_back(sample_of(side.trace(), side.receiver(), side.truth(), t_s));
     if (progress_ && t_s >= next_report_s_) {
       progress_(t_s);
@@ -195,6 +205,8 @@ class Keeper final : public Witness {
  private:
   const std::function<void(double)>& progress_;
   Journal master_journal_, slave_journal_;
+  FrictionInForce friction_;
+  HarderTendons tendons_;
   double next_report_s_ = 0;
 };
 
