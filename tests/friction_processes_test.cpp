@@ -105,7 +105,7 @@ TEST(FrictionProcesses, AFileThatCannotBeReadOrKeptEndsTheBoxWithASentence) {
 }
 
 // The hand is put into the device after the first sweep, so that the second one is refused.
-TEST(FrictionProcesses, NightlyASweepIsInTheFileAtOnceAndARefusedOneLosesNothing) {
+TEST(NightlyFrictionProcesses, ASweepIsInTheFileAtOnceAndARefusedOneLosesNothing) {
   ScratchDirectory scratch;
   const std::filesystem::path file = scratch / "friction";
   add_friction(file, {now_utc_s() - 200'000, 0.04, 0.001});

@@ -109,7 +109,7 @@ Said session_with(const Cut& cut, const Enough& enough) {
   return said;
 }
 
-TEST(ResumedProcesses, GoOnAfterAShortCutAndSaySo) {
+TEST(NightlyResumedProcesses, GoOnAfterAShortCutAndSaySo) {
   for (const char* device : {"DIRECT_DRIVE", "SERIES_ELASTIC"}) {
     Cut cut{device, 0.35, 2.0, 8.0};
     for (int attempt = 1;; ++attempt, cut.at_s *= 1.5) {
