@@ -343,7 +343,7 @@ TEST(OrdinarySessions, ExerciseNearThePowerLimitFollowsTheRunWithoutIt) {
   const std::vector<Exercise> all = {{"four_channel_mediated", "5", 0.357, 1.775, 2.4e-3, 0.01},
                                      {"four_channel_mediated", "8", 0.329, 1.775, 2e-3, 0.01},
                                      {"four_channel_mediated", "15", 0.30825, 1.775, 1.5e-3, 0.01},
-                                     {"sea_four_channel_mediated", "5", 0.3405, 1.5, 1.5e-3, 0.01},
+                                     {"sea_four_channel_mediated", "5", 0.341, 1.5, 1.5e-3, 0.01},
                                      {"sea_four_channel_mediated", "8", 0.318, 1.5, 1.5e-3, 0.01},
                                      {"sea_four_channel_mediated", "15", 0.31, 1.5, 1.5e-3, 0.01},
                                      {"sea_four_channel_mediated", "5", 0.37, 1.75, 7.5e-3, 0.03},
