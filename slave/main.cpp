@@ -44,12 +44,12 @@ int run(const Options& options) {
   FrictionKeeper friction(options.friction, utc_now_s());
   const std::unique_ptr<Side> side = make_side(loaded, options.serial);
   side->know(friction.known());
-  std::fprintf(stderr, "farhand-slave: %s\n", friction.sentence().c_str());
   const std::unique_ptr<PeerLink> link = open_link(options.link, options.peer, Role::kFollower, loaded.scene);
   const StopSignals stop;
   SuspendSignal suspend;
   OperatorInput operator_input;
   const OperatorNotices notices("farhand-slave", operator_input);
+  std::fprintf(stderr, "farhand-slave: %s\n", friction.sentence().c_str());
   const int code = run_station({loaded, *side, Role::kFollower, *link, operator_input, stop, suspend, options.record,
                                 options.quiet, &stop_input, &friction});
   if (stop_input.broken()) {
