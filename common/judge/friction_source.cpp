@@ -1,7 +1,8 @@
 #include "common/judge/friction_source.hpp"
 
 #include <cmath>
-#include <ctime>
+
+#include "common/record/utc_text.hpp"
 
 namespace farhand {
 
@@ -9,13 +10,8 @@ std::string friction_source(const DeviceFriction& box) {
   if (!std::isfinite(box.F_c_nm)) return "assumed: it was never measured";
   const std::string how = box.measured ? "measured " : "assumed from what was measured ";
   if (box.swept_utc_s == 0) return how + "in this run";
-  const std::time_t time = box.swept_utc_s;
-  std::tm parts{};
-  char text[40];
-  // A recording may come from anywhere, and hold a time beyond all years.
-  if (::gmtime_r(&time, &parts) == nullptr || std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts) == 0)
-    return how + "at no time";
-  return how + "on " + text;
+  const std::string when = utc_text(box.swept_utc_s);  // a recording may come from anywhere
+  return how + (when.empty() ? "at no time" : "on " + when);
 }
 
 }  // namespace farhand

@@ -69,7 +69,7 @@ class Chooser {
   // scatters by 0.3 %.
   static constexpr double kLossy = 0.01, kClean = 0.005;
   // N m. At 0.02 N m both are wrong by as much in free motion and against a hand, and against a wall the mediator is
-  // better by half; without friction neither drags. The mediator itself identifies friction from 0.03 N m on.
+  // better by half; without friction neither drags. The mediator itself identifies friction from 0.015 N m on.
   static constexpr double kDry = 0.015, kSmooth = 0.012;
   static constexpr double kDwell = 2.0, kForget = 2.0, kFade = 1.0;  // s
   static constexpr double kSettle = 1.6;                             // rad

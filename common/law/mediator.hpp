@@ -28,18 +28,19 @@
 // uncorrelated, or negatively correlated, k is frozen and only x_0 follows. A change of k does not change the present
 // torque. Friction of the slave's tendons is estimated (common/observer/tendon_friction.hpp) and, in free motion,
 // subtracted before the contact is learnt. The slave is sent the torque that overcomes this friction, so that it
-// neither drags nor lags.
+// neither drags nor lags. A reaction that may be friction begins no contact, and x_0 rests while it is wrong by less
+// than a share of the friction that was seen or swept.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "common/law/params.hpp"
 #include "common/observer/fitted_line.hpp"
 #include "common/observer/tendon_friction.hpp"
+#include "common/signal/known_friction.hpp"
 #include "common/signal/low_pass.hpp"
 #include "common/signal/motion.hpp"
 
@@ -49,7 +50,7 @@ namespace farhand {
 enum class Learns { kNothing, kWhere, kAll };  // while nothing newer is shown; just after a gap in time; else
 
 // Friction in the reaction of the slave's device, N m: the most that it may hold, and what was seen of it.
-struct FrictionIn {
+struct ReactionFriction {
   double most = 0.0, seen = 0.0;
 };
 
@@ -67,7 +68,7 @@ class ContactModel {
   // x, f: the slave's angle and reaction as played out; x_p: where its model is now. hand: the reaction without the
   // friction of the slave's device, as far as this is known. friction: what f holds of it.
   void learn(double x, double f, double x_p, Learns learns = Learns::kAll) noexcept { learn(x, f, f, {}, x_p, learns); }
-  void learn(double x, double f, double hand, const FrictionIn& friction, double x_p, Learns learns) noexcept {
+  void learn(double x, double f, double hand, const ReactionFriction& friction, double x_p, Learns learns) noexcept {
     if (!std::exchange(begun_, true)) x_ = x, f_ = hand, whole_ = f;
     x_ += learn_ * (x - x_);
     f_ += learn_ * (hand - f_);
@@ -147,13 +148,6 @@ class ContactModel {
   bool begun_ = false, known_ = false, pressed_ = false;
 };
 
-// F_c, N m: NaN if nothing was told. measured: with nothing in the device, lately; else it is an assumption on the safe
-// side.
-struct ToldFriction {
-  double F_c = std::numeric_limits<double>::quiet_NaN();
-  bool measured = false;
-};
-
 template <int N>
 class Mediator {
  public:
@@ -174,7 +168,7 @@ class Mediator {
   // The model starts at the last received motion of the slave. What was learnt stays.
   void reset(const Motion<N>& received) noexcept {
     slave_ = {received.x, received.v, Joints<N>::Zero()};
-    for (Device& device : devices_) device.named = 0.0;
+    for (Device& device : devices_) device.taken_off = 0.0;
     v_slow_.reset(received.v);
   }
 
@@ -182,16 +176,16 @@ class Mediator {
   // calm: the last gap in time is long enough ago to learn friction.
   // told: what the slave says of the friction of its device.
   const Motion<N>& step(const Motion<N>& local, const Motion<N>& received, Learns learns = Learns::kAll,
-                        bool calm = true, ToldFriction told = {}) noexcept {
+                        bool calm = true, KnownFriction told = {}) noexcept {
     for (int j = 0; j < N; ++j) {
       ContactModel &up = rising_[static_cast<std::size_t>(j)], &down = falling_[static_cast<std::size_t>(j)];
       Device& device = devices_[static_cast<std::size_t>(j)];
-      device.told = {std::isnan(told.F_c) ? told.F_c : std::min(told.F_c, kMostTold), told.measured};
+      device.told = {std::min(told.threshold, kMostTold), told.known};
       const double f = received.f[j], x = received.x[j];
-      const FrictionIn in{device.most(), device.F_c()};
+      const ReactionFriction inside{device.most(), device.F_c()};
       const double hand = f - unloaded(j) * friction(device, x, f, local.x[j], calm);
-      up.learn(x, f, hand, in, slave_.x[j], learns);
-      down.learn(-x, -f, -hand, in, -slave_.x[j], learns);
+      up.learn(x, f, hand, inside, slave_.x[j], learns);
+      down.learn(-x, -f, -hand, inside, -slave_.x[j], learns);
       const double v_fast = slave_.v[j] - v_slow_.value()[j];
       slave_.f[j] = up.force(slave_.x[j], v_fast) - down.force(-slave_.x[j], -v_fast);
     }
@@ -207,7 +201,7 @@ class Mediator {
     Joints<N> all;
     for (int j = 0; j < N; ++j) {
       const Device& device = devices_[static_cast<std::size_t>(j)];
-      all[j] = unloaded(j) * device.named * device.here.value();
+      all[j] = unloaded(j) * device.taken_off * device.here.value();
     }
     return all;
   }
@@ -220,21 +214,18 @@ class Mediator {
   struct Device {
     TendonFriction tendons;
     Hysteresis there, here;  // driven by the slave's angle as played out, and by the master's
-    double named = 0.0;      // N m, friction that is taken off, fading in
-    ToldFriction told;
+    double taken_off = 0.0;  // N m, of the friction, fading in
+    KnownFriction told;
     // What the reaction holds of it: never less than what was measured with nothing in the device. 0 while unknown.
-    double F_c() const noexcept { return told.measured ? std::max(told.F_c, tendons.F_c()) : tendons.F_c(); }
+    double F_c() const noexcept { return told.known ? std::max(told.threshold, tendons.F_c()) : tendons.F_c(); }
     // What it may hold of it.
-    double most() const noexcept {
-      if (told.measured || tendons.found()) return F_c();
-      return std::isfinite(told.F_c) ? told.F_c : kAssumed;
-    }
+    double most() const noexcept { return told.known || tendons.found() ? F_c() : told.threshold; }
   };
   // Friction is subtracted from the learnt torque, and given to the device, in free motion only. Under load a torque
   // that changes sign with the motion would cause oscillation; friction then appears as a difference between the sides.
   double unloaded(int j) const noexcept {
-    const double named = devices_[static_cast<std::size_t>(j)].named;
-    return named > 0.0 ? std::clamp(2.0 - 2.0 * std::abs(slave_.f[j]) / named, 0.0, 1.0) : 0.0;
+    const double off = devices_[static_cast<std::size_t>(j)].taken_off;
+    return off > 0.0 ? std::clamp(2.0 - 2.0 * std::abs(slave_.f[j]) / off, 0.0, 1.0) : 0.0;
   }
   // The part of the slave's torque that is friction of its device, N m.
   double friction(Device& device, double x, double f, double x_m, bool calm) noexcept {
@@ -243,18 +234,17 @@ class Mediator {
     } else {
       device.tendons.go_on(x);
     }
-    if (device.F_c() == 0.0 && device.named == 0.0) return 0.0;
-    const double L = std::max(device.tendons.L(), device.named / kSteepest), step = kFriction * dt_s_;
+    if (device.F_c() == 0.0 && device.taken_off == 0.0) return 0.0;
+    const double L = std::max(device.tendons.L(), device.taken_off / kSteepest), step = kFriction * dt_s_;
     device.there.step(x, L);
     device.here.step(x_m, L);
-    device.named += std::clamp(device.F_c() - device.named, -step, step);
-    return device.named * device.there.value();
+    device.taken_off += std::clamp(device.F_c() - device.taken_off, -step, step);
+    return device.taken_off * device.there.value();
   }
 
   using Contacts = std::array<ContactModel, static_cast<std::size_t>(N)>;
   static constexpr double kSteepest = 10.0;  // N m/rad: a torque that reverses over less motion causes oscillation
   static constexpr double kMostTold = 0.5;   // N m, beyond what an empty sweep can measure
-  static constexpr double kAssumed = 0.1;    // N m, of a slave that says nothing
   static constexpr double kFriction = 0.5;   // N m/s, at which the estimated friction takes effect
 
   static Contacts make(double K_f, double dt_s) {

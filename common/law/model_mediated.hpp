@@ -44,8 +44,9 @@ class ModelMediated final : public Law<N> {
     Wish<N> wish;
     if (in.engaged) {
       const Learns learns = in.since.settled ? Learns::kAll : in.since.rested ? Learns::kWhere : Learns::kNothing;
-      wish.follow = mediator_.step(in.local, in.received, learns, in.since.calm,
-                                   {in.peer_friction, in.peer_friction_known && std::isfinite(in.peer_friction)});
+      const KnownFriction told =
+          std::isnan(in.peer_friction) ? KnownFriction{} : KnownFriction{in.peer_friction, in.peer_friction_known};
+      wish.follow = mediator_.step(in.local, in.received, learns, in.since.calm, told);
       ahead_ = wish.follow.x - in.received.x;
       needs_ = mediator_.device_needs();
     }

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "common/files/output.hpp"
+#include "common/record/utc_text.hpp"
 
 namespace farhand {
 namespace {
@@ -25,15 +26,6 @@ constexpr double kOld = 1.5;
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& why) {
   throw std::invalid_argument("friction file " + file.string() + ": " + why);
-}
-
-std::string date_of(std::int64_t utc_s) {
-  const std::time_t time = utc_s;
-  std::tm parts{};
-  ::gmtime_r(&time, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
 }
 
 double value_of(const fs::path& file, int line, const char* field, double value) {
@@ -56,7 +48,7 @@ SweptFriction line_of(const fs::path& file, int number, const std::string& line)
   date.tm_mon -= 1;
   const std::int64_t utc_s = ::timegm(&date);
   // A date that is none (a month 13) comes back as another one.
-  if (read != 8 || end != static_cast<int>(line.size()) || date_of(utc_s) != line.substr(0, line.find(' '))) {
+  if (read != 8 || end != static_cast<int>(line.size()) || utc_text(utc_s) != line.substr(0, line.find(' '))) {
     refuse(file, "line " + std::to_string(number) +
                      ": must be a date, the friction and its spread in N m, like "
                      "'2026-12-01T09:30:00Z friction_nm 0.0512 spread_nm 0.0004'");
@@ -112,7 +104,7 @@ void add_friction(const fs::path& file, const SweptFriction& swept) {
   std::string text = text_of(file);
   if (!text.empty() && text.back() != '\n') text += '\n';
   char line[128];
-  std::snprintf(line, sizeof line, "%s friction_nm %.4f spread_nm %.4f\n", date_of(swept.utc_s).c_str(), swept.F_c,
+  std::snprintf(line, sizeof line, "%s friction_nm %.4f spread_nm %.4f\n", utc_text(swept.utc_s).c_str(), swept.F_c,
                 swept.spread);
   text += line;
   NewFile part(file.string() + ".new");
@@ -144,13 +136,13 @@ std::string friction_sentence(const std::optional<SweptFriction>& last, std::int
                   taken.threshold);
   } else if (taken.known) {
     std::snprintf(text, sizeof text, "the friction of this device is %.4f N m (spread %.4f N m), measured on %s",
-                  last->F_c, last->spread, date_of(last->utc_s).c_str());
+                  last->F_c, last->spread, utc_text(last->utc_s).c_str());
   } else {
     std::snprintf(
         text, sizeof text,
         "the friction of this device was measured on %s, %s: 1.5 times its %.4f N m is assumed; measure it "
         "again with `friction` before the hand is strapped in",
-        date_of(last->utc_s).c_str(),
+        utc_text(last->utc_s).c_str(),
         last->utc_s > now_utc_s ? "which is still to come (is this PC's clock right?)" : "more than a day ago",
         last->F_c);
   }

@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-#include "common/station/known_friction.hpp"
+#include "common/signal/known_friction.hpp"
 
 namespace farhand {
 

@@ -8,12 +8,12 @@
 #include "common/observer/axis_model.hpp"
 #include "common/observer/oscillation.hpp"
 #include "common/observer/plausibility.hpp"
+#include "common/signal/known_friction.hpp"
 #include "common/signal/motion.hpp"
 #include "common/signal/torque_hold.hpp"
 #include "common/station/engagement.hpp"
 #include "common/station/homing.hpp"
 #include "common/station/identifying_params.hpp"
-#include "common/station/known_friction.hpp"
 #include "common/station/patient_limits.hpp"
 #include "common/station/sweeping.hpp"
 

@@ -22,7 +22,8 @@
 
 namespace farhand {
 
-inline constexpr double kResumedApart = 0.0873;  // rad, 5 degrees: the hands, as for any engagement
+// rad, 5 degrees: hands that are further apart do not engage, whatever the peer sends.
+inline constexpr double kEngagedApart = 0.0873;
 inline constexpr double kResumedMoved = 0.0524;  // rad, 3 degrees: a person who moved on may mean to stop
 inline constexpr double kResumedSpeed = 0.3;     // rad/s, the usual speed of aligning
 inline constexpr double kSlept = 0.1;            // s: a host that missed its ticks for so long has slept
@@ -33,7 +34,7 @@ struct GapInputs {
   std::uint32_t told = 0;     // GapBit, by that packet
   bool slept = false;         // a host missed its ticks for kSlept before this one, or a clock was set
   bool moved = false;         // this hand, by more than kResumedMoved
-  bool near = false;          // hands within kResumedApart, by the motion that is shown of the peer
+  bool near = false;          // hands within kEngagedApart, by the motion that is shown of the peer
   bool slow = false;          // both, below kResumedSpeed
 };
 
@@ -83,32 +84,6 @@ class Resumption {
   bool waits_ = false, ready_ = false, resumes_ = false;
   std::array<Nanoseconds, kMost> last_{};
   std::size_t next_ = 0, count_ = 0;
-};
-
-// Where an axis was up to a second ago, to 16 ms: a gap is noticed long after it began.
-template <int N>
-class PastAngle {
- public:
-  void step(Nanoseconds now, const Joints<N>& x) noexcept {
-    if (filled_ > 0 && now - at_[newest_] < kEvery && now >= at_[newest_]) return;
-    newest_ = (newest_ + 1) % kSlots;
-    at_[newest_] = now;
-    x_[newest_] = x;
-    if (filled_ < kSlots) ++filled_;
-  }
-  // The newest one that is not later than `then`, else the oldest one.
-  Joints<N> at(Nanoseconds then) const noexcept {
-    std::size_t k = newest_;
-    for (std::size_t back = 1; back < filled_ && at_[k] > then; ++back) k = (newest_ + kSlots - back) % kSlots;
-    return filled_ > 0 ? x_[k] : Joints<N>(Joints<N>::Zero());
-  }
-
- private:
-  static constexpr std::size_t kSlots = 64;
-  static constexpr Nanoseconds kEvery = 16 * kMillisecond;
-  std::array<Nanoseconds, kSlots> at_{};
-  std::array<Joints<N>, kSlots> x_{};
-  std::size_t newest_ = 0, filled_ = 0;
 };
 
 }  // namespace farhand

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <algorithm>
-#include <limits>
 
 #include "common/law/law.hpp"
 #include "common/link/receiver.hpp"
@@ -15,14 +14,14 @@
 #include "common/station/blend.hpp"
 #include "common/station/drive.hpp"
 #include "common/station/engagement.hpp"
-#include "common/station/identifying.hpp"
+#include "common/station/gap_watch.hpp"
 #include "common/station/intake.hpp"
 #include "common/station/last_word.hpp"
-#include "common/station/led_gates.hpp"
+#include "common/station/led_motion.hpp"
 #include "common/station/missed_ticks.hpp"
 #include "common/station/network_meter.hpp"
 #include "common/station/patient_guard.hpp"
-#include "common/station/sweeping.hpp"
+#include "common/station/previous_sample.hpp"
 #include "common/station/tick_trace.hpp"
 
 namespace farhand {
@@ -49,9 +48,8 @@ class Station {
         receiver_(p.receive, p.session),
         intake_(p.intake, p.control.drive.dt_s),
         engagement_(p.role, where_it_can(p.engagement, identifying)),
-        homing_(p.homing, p.control.drive.K, p.control.drive.dt_s),
-        identifying_(identifying),
-        sweeping_(p.sweeping, p.control.drive.dt_s),
+        gap_watch_(p.session),
+        led_(p, identifying),
         after_gap_(p.control.drive.dt_s),
         own_ticks_(p.control.drive.dt_s),
         peer_ticks_(p.control.drive.dt_s),
@@ -83,8 +81,6 @@ class Station {
   StationState state() const noexcept { return trace_.state; }
 
  private:
-  // The follower does not engage with a leader that is further away than this (5 degrees), whatever the leader sends.
-  static constexpr double kFollowerGate = 0.0873;
   static constexpr double kLeap = 0.75e-3;  // rad
   static constexpr double kSpared = 1.0;    // s
   static constexpr double kStiff = 0.35;    // s
@@ -173,25 +169,6 @@ class Station {
     }
   }
 
-  // What is known of a gap of the network. How long the peer has not heard this side is in the echo.
-  GapInputs gap_now(Nanoseconds now, double offset, bool peer_known, bool slept) const noexcept {
-    const Packet<N>& newest = receiver_.newest();
-    const bool echoed = newest.echo_session == params_.session;
-    return {
-        .without = std::min(receiver_.silence(now), 3600 * kSecond) + (echoed ? Nanoseconds{newest.echo_dwell_ns} : 0),
-        .session = newest.session,
-        .told = newest.limits & kGapBits,
-        .slept = slept,
-        .moved = !((trace_.local.x - x_gap_).abs().maxCoeff() <= kResumedMoved),
-        .near = peer_known && offset <= kResumedApart,
-        .slow = (trace_.local.v.abs() < kResumedSpeed).all() && (trace_.remote.v.abs() < kResumedSpeed).all()};
-  }
-  // When the gap began for which this side holds now: with the last packet that one side had of the other.
-  Nanoseconds begin_of_gap(Nanoseconds now) const noexcept {
-    return engagement_.reason() == Reason::kPeerSilent ? now - receiver_.silence(now)
-                                                       : receiver_.newest().echo_send_time_ns;
-  }
-
   void decide(Nanoseconds now, const Sensed& sensed, OperatorAct act, bool peer_known, bool slept) noexcept {
     const double offset = (trace_.local.x - trace_.remote.x).abs().maxCoeff();
     EngagementInputs in;
@@ -204,12 +181,10 @@ class Station {
     in.in_range = params_.engagement.homing || in_range();
     in.at_rest = drive_.at_rest(sensed);
     if constexpr (requires { sensed.line; }) in.line = sensed.line;
-    in.homing = homing_.progress();
-    if (identifying_ != nullptr) in.identifying = identifying_->progress();
-    in.sweeping = sweeping_.progress();
+    led_.report(in);
     in.peer_alive = !receiver_.take_lapse() && peer_known && receiver_.alive(now);
     in.peer = receiver_.newest().state;
-    in.gap = gap_now(now, offset, peer_known, slept);
+    in.gap = gap_watch_.inputs(now, receiver_, trace_.local, trace_.remote, peer_known, slept);
     in.aligned = peer_known && (receiver_.settled(now) || engagement_.gap().resumes()) && blend_.done() &&
                  offset < near_enough();
     const StationState before = trace_.state;
@@ -221,48 +196,22 @@ class Station {
     changed_ = trace_.state != before;
     if (!changed_) return;
     x_hold_ = trace_.local.x;
-    if (trace_.waits) x_gap_ = past_.at(begin_of_gap(now));
-    if (trace_.state == StationState::kHoming) begin_homing();
-    if (before == StationState::kHoming) end_homing();
-    if (trace_.state == StationState::kIdentifying) begin_identifying();
-    if (before == StationState::kIdentifying) end_identifying();
-    if (trace_.state == StationState::kSweeping) begin_sweeping();
-    if (before == StationState::kSweeping) end_sweeping();
+    if (trace_.waits) gap_watch_.begin(now, trace_.reason, receiver_);
+    if (LedMotion::leads(before)) end_led(before);
+    if (LedMotion::leads(trace_.state)) drive_.limit(led_.begin(trace_.state, trace_.local.x[0], params_));
   }
 
-  void begin_homing() noexcept {
-    homing_.begin(trace_.local.x[0]);
-    drive_.limit(homing_gate(params_));
-  }
-
-  void end_homing() noexcept {
+  void end_led(StationState led) noexcept {
     drive_.limit(params_.control.drive.gate);
-    if (engagement_.reason() != Reason::kHomed) return;
-    zero_ += homing_.zero();
-    trace_.local.x += homing_.zero();
-    trace_.target.x += homing_.zero();
+    if (led == StationState::kIdentifying)
+      trace_.misfit = trace_.reason == Reason::kAnotherAxis ? led_.misfit() : Misfit::kNone;
+    if (led == StationState::kSweeping) trace_.swept = led_.swept();
+    if (trace_.reason == Reason::kSwept) trace_.friction = {.threshold = trace_.swept.F_c, .known = true};
+    if (trace_.reason != Reason::kHomed) return;
+    zero_ += led_.homing().zero();
+    trace_.local.x += led_.homing().zero();
+    trace_.target.x += led_.homing().zero();
     was_usable_ = false;  // the next reading is differentiated from itself
-  }
-
-  void begin_identifying() noexcept {
-    identifying_->begin(trace_.local.x[0]);
-    drive_.limit(identifying_gate(params_));
-  }
-
-  void end_identifying() noexcept {
-    drive_.limit(params_.control.drive.gate);
-    trace_.misfit = engagement_.reason() == Reason::kAnotherAxis ? identifying_->misfit() : Misfit::kNone;
-  }
-
-  void begin_sweeping() noexcept {
-    sweeping_.begin(trace_.local.x[0]);
-    drive_.limit(sweeping_gate(params_));
-  }
-
-  void end_sweeping() noexcept {
-    drive_.limit(params_.control.drive.gate);
-    trace_.swept = sweeping_.found();
-    if (engagement_.reason() == Reason::kSwept) trace_.friction = {.threshold = trace_.swept.F_c, .known = true};
   }
 
   // The motion to follow, before blending.
@@ -275,11 +224,9 @@ class Station {
       case StationState::kHolding:  // a spring of K_p / K_f N m/rad, which a person can push away
         return {x_hold_, Joints<N>::Zero(), Joints<N>::Zero()};
       case StationState::kHoming:
-        return homing_.step(trace_.local, ticks);
       case StationState::kIdentifying:
-        return identifying_->step(trace_.local, ticks);
       case StationState::kSweeping:
-        return sweeping_.step(trace_.local, ticks);
+        return led_.step(trace_.state, trace_.local, ticks);
       case StationState::kOff:
       case StationState::kSelfTest:
       case StationState::kReady:
@@ -301,7 +248,7 @@ class Station {
     return soft() ? 0.0 : s * s * (3.0 - 2.0 * s);
   }
   double near_enough() const noexcept {
-    return params_.role == Role::kFollower || soft() ? kFollowerGate : params_.align_tolerance;
+    return params_.role == Role::kFollower || soft() ? kEngagedApart : params_.align_tolerance;
   }
 
   // While the leader aligns, the peer's device may come back at another angle (its cable was unplugged), and the motion
@@ -332,14 +279,7 @@ class Station {
       packet.friction_known = trace_.friction.known;
     }
     if (law_.needs().account) packet.energy = wish_.energy * params_.scale.position / params_.scale.force;
-    if (law_.needs().previous) {
-      const Nanoseconds age = now - sent_.at;
-      if (sent_.any && age > 0 && age <= std::numeric_limits<std::uint32_t>::max()) {
-        packet.previous_age_ns = static_cast<std::uint32_t>(age);
-        packet.previous = sent_.motion;
-      }
-      sent_ = {.any = true, .at = now, .motion = packet.motion};
-    }
+    if (law_.needs().previous) previous_.tell(packet, now);
   }
 
   StationParams params_;
@@ -349,9 +289,8 @@ class Station {
   Receiver<N> receiver_;
   Intake<N> intake_;
   Engagement engagement_;
-  Homing homing_;
-  Identifying* identifying_;
-  Sweeping sweeping_;
+  GapWatch<N> gap_watch_;
+  LedMotion led_;
   AfterGap after_gap_;
   OwnTicks own_ticks_;
   PeerTicks peer_ticks_;
@@ -368,16 +307,10 @@ class Station {
   Motion<N> followed_;
   TickTrace<N> trace_;
   Joints<N> x_hold_ = Joints<N>::Zero();
-  PastAngle<N> past_;
-  Joints<N> x_gap_ = Joints<N>::Zero();  // where this axis was when the gap of the network began
   Joints<N> x_source_ = Joints<N>::Zero();
   double zero_ = 0.0;  // rad, found by homing
   std::uint32_t seq_ = 0;
-  struct Sent {
-    bool any = false;
-    Nanoseconds at = 0;
-    Motion<N> motion;
-  } sent_;  // the last packet; used only if the law needs it
+  PreviousSample<N> previous_;  // used only if the law needs it
   bool was_usable_ = false;
   int gap_ = 0;  // ticks in which a gap of the network still counts
   bool changed_ = false;
@@ -428,7 +361,7 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   if (law_.needs().account) keep_account(continues ? Joints<N>(local.x - x_before) : Joints<N>::Zero(), ticks);
   if (law_.needs().network) measure_network(ticks);
   guard(sensed, continues, act, ticks);
-  past_.step(now, local.x);
+  gap_watch_.step(now, local.x);
   const bool slept = gap > kLongestGap || dt_s_ * gap > kSlept || peers_gap_s > kSlept || peer_ticks_.set_back();
   decide(now, sensed, act, played.any, slept);
   ask_law({.ticks = ticks,
@@ -463,9 +396,7 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   trace_.share = after_gap_.share();
 
   // A motion by which the station itself leads the axis has its own gate and does not depend on the peer.
-  const bool led = trace_.state == StationState::kHoming || trace_.state == StationState::kIdentifying ||
-                   trace_.state == StationState::kSweeping;
-  if (led) {
+  if (LedMotion::leads(trace_.state)) {
     followed_ = trace_.target;
   } else if (guard_) {
     followed_ = guard_->allow(local, after_gap(trace_.target), verdict_.gain);
@@ -478,7 +409,7 @@ auto Station<Io>::tick(Nanoseconds now, const Sensed& read, OperatorAct act, int
   Output out;
   out.command = usable && asks != Asks::kNothing ? drive_.follow(local, followed_, wanted, ticks) : drive_.safe();
   if constexpr (requires { out.command.reference; }) out.command.reference.x -= zero_;
-  if (trace_.state == StationState::kIdentifying) identifying_->sample(local.x[0], drive_.torque()[0], ticks);
+  if (trace_.state == StationState::kIdentifying) led_.sample(local.x[0], drive_.torque()[0], ticks);
 
   // Report the limits that acted, and fill the packet for the peer.
   trace_.limits = drive_.active_limits() | (sensed.finite() ? 0u : kLimitNotFinite);

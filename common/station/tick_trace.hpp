@@ -4,7 +4,7 @@
 #include "common/identify/loop_friction.hpp"
 #include "common/identify/misfit.hpp"
 #include "common/law/law.hpp"
-#include "common/station/known_friction.hpp"
+#include "common/signal/known_friction.hpp"
 #include "common/station/states.hpp"
 
 namespace farhand {

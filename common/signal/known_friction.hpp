@@ -1,5 +1,5 @@
-// What a station knows of the friction of its own device: the part of the reaction that is there without a hand. A
-// sweep without a hand measures it (sweeping.hpp). It is told to the peer.
+// What is known of the friction of a device: the part of its reaction that is there without a hand. A sweep without a
+// hand measures it (common/station/sweeping.hpp).
 #pragma once
 
 namespace farhand {
